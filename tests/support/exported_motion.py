@@ -11,7 +11,7 @@ from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import ROOT_DOF, available_models, load_body_model, parse_body_model
 from pose_core.body.shape import BodyShape
 from pose_core.body.urdf import make_urdf
-from pose_core.fusion.estimates import BodyEstimate
+from pose_core.estimates.body_estimates import BodyEstimate
 from pose_core.joints import JOINT_INDEX
 from pose_fusion.conversions import (
     body_topics,

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_bench.speed import Scene, aligned_filter, camera_place
+from pose_core.arrays import FloatArray
 from pose_core.body.model import load_body_model
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.imu import ImuReadings
@@ -19,7 +20,6 @@ from pose_core.filter.motion import predict
 from pose_core.filter.state import FilterState, with_imu
 from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.joints import JOINTS
-from pose_core.streams.samples import FloatArray
 
 CAMERAS, IMUS = 2, 9
 SHORTEST_S, LONGEST_S = 1e-6, 1.0  # [s] of a step; log-uniform

@@ -17,12 +17,15 @@ from scipy.spatial.transform import Rotation
 from pose_bench.reference.default_filter import ReferenceFilter
 from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.reference.textbook_ukf import TextbookFilter
+from pose_core.arrays import FloatArray
 from pose_core.baseline_filters.li2020 import Li2020Filter, Li2020Parameters
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import BodyModel, load_body_model
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape, shape_of
 from pose_core.counters import Counters
+from pose_core.estimates.observation import Observation
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants, make_constants
 from pose_core.filter.imu import ImuReadings
@@ -32,12 +35,9 @@ from pose_core.filter.state import FilterState, start_state, with_imu
 from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.warm_up import neutral_pose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.observation import Observation
-from pose_core.streams.samples import FloatArray
 
 PERIOD_S = 1.0 / 30.0
 CAMERA_HEIGHT = 1.2  # [m]

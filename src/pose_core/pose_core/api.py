@@ -20,6 +20,7 @@ line. The modules ``joints``, ``errors``, ``stamps``, ``counters``, ``parameters
 neither numba nor scipy, so that small processes start fast. Everything else may change.
 """
 
+from pose_core.arrays import FloatArray
 from pose_core.body.frames import BodyFrames
 from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwrapped, wrapped
 from pose_core.body.kinematics import BodyPose, ForwardKinematics
@@ -34,13 +35,13 @@ from pose_core.body.shape import (
 from pose_core.body.urdf import make_urdf
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError, PoseError
+from pose_core.estimates.body_estimates import BodyEstimate, EstimateBlock, Source
 from pose_core.estimators import ESTIMATORS
 from pose_core.estimators.estimator import Estimator, StepwiseEstimator
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.registry import body_model_of, estimator_class
-from pose_core.fusion.estimates import BodyEstimate, EstimateBlock, Source
 from pose_core.fusion.offline import first_pass, fuse, series_of_estimates
 from pose_core.fusion.output_grid import has_output_rate
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.fusion.warm_up import warm_up
 from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment
@@ -48,15 +49,6 @@ from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES, TrackingState
 from pose_core.people.chosen_person import ChosenPerson
 from pose_core.people.pipeline import PeoplePipeline
 from pose_core.people.tracker import PeopleTracker
-from pose_core.session.clocks import (
-    IMUS,
-    Clock,
-    Clocks,
-    block_on_reference_clock,
-    moved_most_ns,
-    on_reference_clock,
-    series_on_reference_clock,
-)
 from pose_core.session.extrinsics import (
     BoardResiduals,
     Extrinsics,
@@ -71,8 +63,17 @@ from pose_core.streams.angle_series import (
     angle_series,
     without_sideways_flexion,
 )
+from pose_core.streams.clocks import (
+    IMUS,
+    Clock,
+    Clocks,
+    block_on_reference_clock,
+    moved_most_ns,
+    on_reference_clock,
+    series_on_reference_clock,
+)
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
-from pose_core.streams.samples import FloatArray, ImuBlock, ImuSample, SkeletonSample, joined
+from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, joined
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
 from pose_core.streams.stamp_judge import StampJudge
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 
 def transformed(T_target_source: FloatArray, points: FloatArray) -> FloatArray:

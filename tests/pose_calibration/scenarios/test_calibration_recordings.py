@@ -5,7 +5,7 @@ import pytest
 
 from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform
 from pose_calibration.session_calibration import calibrate
-from pose_core.session.clocks import on_reference_clock
+from pose_core.streams.clocks import on_reference_clock
 from pose_core.streams.samples import SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
 from pose_core.transforms import transformed

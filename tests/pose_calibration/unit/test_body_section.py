@@ -10,7 +10,7 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from pose_calibration.body_measures import measure_body
 from pose_calibration.files.extrinsics_file import load_extrinsics, save_extrinsics
 from pose_core.errors import InputError
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.joints import JOINT_INDEX
 

@@ -17,8 +17,8 @@ from pose_calibration.files.extrinsics_file import (
 )
 from pose_core.errors import InputError
 from pose_core.plain_yaml import dump_yaml
-from pose_core.session.clocks import Clock
 from pose_core.session.extrinsics import extrinsics_from_map
+from pose_core.streams.clocks import Clock
 
 
 @pytest.fixture(scope="module")

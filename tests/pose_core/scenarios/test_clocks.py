@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
-from pose_core.session.clocks import IMUS, Clock, on_reference_clock
+from pose_core.streams.clocks import IMUS, Clock, on_reference_clock
 from pose_core.streams.samples import ImuSample
 
 DRIFT = 1e-4

@@ -8,9 +8,9 @@ from fusing import fused
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 
 from pose_core.errors import ParameterError
+from pose_core.estimates.body_estimates import Source
 from pose_core.estimators import ESTIMATORS
-from pose_core.fusion.estimates import Source
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.joints import JOINT_INDEX
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import EVERY_SEGMENT, START_NS, imu_samples, merged, truth_at
 
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.joints import JOINT_INDEX
 from pose_core.streams.samples import ImuSample

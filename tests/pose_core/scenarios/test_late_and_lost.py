@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics
 from worn_imus import IMU_SEGMENTS, START_NS, moving_wearer
 
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.streams.samples import SkeletonSample
 

@@ -8,7 +8,7 @@ from crowd_of_people import frames_of, walker
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from walking_person import POSES
 
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.people.pipeline import PeoplePipeline
 from pose_core.session.extrinsics import extrinsics_from_map

@@ -6,8 +6,8 @@ from fusing import fused
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import START_NS, imu_samples, merged, truth_at
 
-from pose_core.fusion.estimates import Source
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimates.body_estimates import Source
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.joints import JOINT_INDEX, TrackingState
 

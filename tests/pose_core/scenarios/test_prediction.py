@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 
 MS = 1_000_000

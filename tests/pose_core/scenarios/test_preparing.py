@@ -8,7 +8,7 @@ import importlib, pkgutil
 import pose_core.filter
 import pose_core.kernels
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.streams.samples import SkeletonSample
 

@@ -11,7 +11,7 @@ from pose_core.people.distances import OTHER_SIDE
 from pose_core.people.person_track import Presence
 from pose_core.people.track_manager import MOST_TENTATIVE
 from pose_core.people.tracker import PeopleTracker
-from pose_core.session.clocks import Clock
+from pose_core.streams.clocks import Clock
 
 TO_THE_LEFT = walker((2.5, -1.5), (0.0, 1.0))
 TO_THE_RIGHT = walker((2.9, 1.5), (0.0, -1.0), scale=0.95, phase=1.5)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pose_core.joints import JOINTS
-from pose_core.session.clocks import Clock
+from pose_core.streams.clocks import Clock
 from pose_core.streams.samples import ImuBlock, SkeletonSample
 from pose_core.streams.stamp_judge import StampJudge
 

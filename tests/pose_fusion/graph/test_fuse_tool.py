@@ -12,7 +12,7 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from pose_calibration.session_calibration import complete
 from pose_core.body.model import load_body_model
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_fusion.tools import fuse
 from pose_io.bags import open_bag

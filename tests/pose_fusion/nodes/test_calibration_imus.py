@@ -7,8 +7,8 @@ from sample_messages import skeleton_message
 from sensor_msgs.msg import Imu, TimeReference
 from walking_person import samples
 
-from pose_core.session.clocks import IMUS, Clock
 from pose_core.stamps import nanoseconds
+from pose_core.streams.clocks import IMUS, Clock
 from pose_fusion.nodes.calibration import CalibrationNode
 from pose_node.conversions import ns_to_stamp
 

@@ -6,7 +6,7 @@ from sensor_msgs.msg import TimeReference
 from synthetic_body import extrinsics
 from tf2_msgs.msg import TFMessage
 
-from pose_core.session.clocks import IMUS, Clock
+from pose_core.streams.clocks import IMUS, Clock
 from pose_fusion.conversions import to_clock_messages, to_static_tf
 from pose_fusion.nodes.fusion import FusionNode
 

@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.body.model import load_body_model
 from pose_core.errors import InputError, ParameterError
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.joints import JOINTS
 from pose_core.stamps import nanoseconds

@@ -18,7 +18,7 @@ from pose_calibration.imus.section import save_alignments
 from pose_core.errors import InputError
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.imu.sensor_to_segment import SensorToSegment
-from pose_core.session.clocks import Clock
+from pose_core.streams.clocks import Clock
 from pose_core.streams.samples import SkeletonSample
 from pose_fusion.conversions import to_clock_messages, to_header, to_static_tf
 from pose_fusion.nodes.fusion import FusionNode

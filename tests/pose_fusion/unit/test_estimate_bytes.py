@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_fusion.conversions import to_bag_message, to_messages
 from pose_fusion.estimate_bytes import EstimateBytes

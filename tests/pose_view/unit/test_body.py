@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import SHAPE
 from viewed_bag import moving_joints
 
-from pose_core.fusion.estimates import Source
+from pose_core.estimates.body_estimates import Source
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_view.body.joint_marks import COLORS, DOF_OF_JOINT, joint_marks, make_balls
 from pose_view.body.measures import MeasuredBody, measure

@@ -19,8 +19,8 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.joints import JOINTS
-from pose_core.session.clocks import Clock
 from pose_core.stamps import NS_PER_S, nanoseconds
+from pose_core.streams.clocks import Clock
 from pose_io.bags import open_bag
 
 ROOT = Path(__file__).parents[3]

@@ -36,6 +36,20 @@ ALLOWED = {
 """Which of our packages a package's modules may import (messages aside)."""
 
 
+CORE = (
+    "kernels",
+    "body",
+    "streams",
+    "session",
+    "imu",
+    "estimates",
+    "filter",
+    "baseline_filters",
+    "estimators",
+    "fusion",
+    "people",
+)
+"""The folders of ``pose_core`` from the lowest up; its other modules lie below, the API above."""
 LIGHT = {
     f"pose_core.{name}"
     for name in (
@@ -178,6 +192,25 @@ def test_there_are_no_import_cycles():
     for name in sorted(graph):
         visit(name, [])
     assert settled == set(MODULES)
+
+
+def test_folders_of_the_core_import_only_lower_folders():
+    def height(name):
+        if name == "pose_core.api":
+            return len(CORE)
+        folder = name.split(".")[1]
+        return CORE.index(folder) if folder in CORE else -1
+
+    core = {name: path for name, path in MODULES.items() if name.startswith("pose_core.")}
+    offenders = {
+        (name, target)
+        for name, path in core.items()
+        for target in modules_imported(path) & core.keys()
+        if height(target) > height(name)
+    }
+
+    assert offenders == set()
+    assert {name.split(".")[1] for name in core if name.count(".") > 1} == set(CORE)
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -24,6 +24,7 @@ from pose_bench.reference.default_measurements import (
     posture_groups,
     view_of,
 )
+from pose_core.arrays import FloatArray
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings
@@ -31,7 +32,6 @@ from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINTS
-from pose_core.streams.samples import FloatArray
 
 LARGEST_STDDEV = 1.2  # [rad]
 LONGEST_GAP_S, CAMERA_TIMEOUT_S = 0.1, 0.15

@@ -11,6 +11,7 @@ import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.camera import CameraConstants, CameraFrame
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuConstants, ImuReadings
@@ -19,7 +20,6 @@ from pose_core.filter.posture import PostureConstants
 from pose_core.filter.sigma_points import ALPHA, BETA
 from pose_core.filter.state import FilterState
 from pose_core.kernels.joint_kinematics import BodyArrays
-from pose_core.streams.samples import FloatArray
 
 FASTEST_LINK = 6.0  # [rad/s] above which noise is constant
 HELD_JERK = 100.0  # [rad/s³]

@@ -9,7 +9,7 @@ where q is the power of the white acceleration, [unit²/s³].
 
 import numpy as np
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 
 class ConstantVelocityFilter:

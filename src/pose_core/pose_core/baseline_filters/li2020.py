@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.baseline_filters.measurement_noise import fuse_measurements, measurement_noise
 from pose_core.baseline_filters.unscented import UnscentedTransform, kalman_update
 from pose_core.body.inverse_kinematics import dof_from_positions
@@ -17,7 +18,6 @@ from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
 from pose_core.parameters import parameter
-from pose_core.streams.samples import FloatArray
 
 FRAME_PERIOD_S = 1.0 / 30.0  # for which the constant Q is defined
 LARGEST_ANGLE_STDDEV = np.radians(60.0)  # bound of unobserved rotations: sigma points would wrap

@@ -6,7 +6,7 @@ A sample near the filter's prediction gets a small noise, one far from it a larg
 
 import numpy as np
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 LARGEST_NOISE = 1e3  # [m] practically no information, but finite
 LARGEST_EXPONENT = float(np.log(LARGEST_NOISE))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 BETA = 2.0  # [-] weight of the centre in the covariance; best for a Gaussian
 KAPPA = 0.0  # [-] second scaling

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.urdf import chain_frames, end_joints, joint_frame, link_frame
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.link_frames import AuxiliaryFrames, compute_frame_poses_batch
-from pose_core.streams.samples import FloatArray
 
 
 class BodyFrames:

@@ -7,11 +7,11 @@ flexion and abduction, the next bone's direction gives rotation and the hinge's 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.kernels.rotations import logarithm
-from pose_core.streams.samples import FloatArray
 
 STRAIGHT = np.radians(15.0)  # a straighter limb does not determine its axial rotation
 LIMBS = (

@@ -10,9 +10,9 @@ with + for the left; the knee's and the elbow's flexion is the angle between the
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.trunk import trunk_axes
 from pose_core.joints import JOINT_INDEX, SIDES
-from pose_core.streams.samples import FloatArray
 
 ANGLES: tuple[str, ...] = tuple(
     f"{side}_{angle}"

@@ -5,9 +5,9 @@ The inverse of the chain of :mod:`pose_core.body.kinematics`, link by link.
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import Link
 from pose_core.kernels import joint_angle_extraction
-from pose_core.streams.samples import FloatArray
 
 FULL_TURN = joint_angle_extraction.FULL_TURN
 

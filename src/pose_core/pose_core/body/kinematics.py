@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_core.kernels.forward_kinematics import ModelArrays, compute_links
-from pose_core.streams.samples import FloatArray
 
 SMALL_ANGLE = 1e-6  # [rad] below it, the series of the left Jacobian
 

@@ -5,11 +5,11 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape, BodyShapeError, estimate_body_shape
 from pose_core.joints import TrackingState
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 MOST_SAMPLES = 2000
 

@@ -16,10 +16,10 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES
 from pose_core.plain_yaml import parse_yaml
-from pose_core.streams.samples import FloatArray
 
 ROOT_DOF = 6  # position [m], then rotation vector [rad]
 DOF_COUNTS = {

@@ -1,6 +1,6 @@
 """Numbers in the text files that describe a body."""
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 
 def plain_numbers(values: FloatArray) -> str:

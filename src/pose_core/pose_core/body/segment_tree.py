@@ -13,12 +13,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_core.kernels.axial_rotation import Hinges
 from pose_core.kernels.joint_kinematics import BodyArrays
-from pose_core.streams.samples import FloatArray
 
 
 class SegmentTree:

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_core.plain_yaml import dump_yaml, read_yaml
 from pose_core.private_file import write_private
-from pose_core.streams.samples import FloatArray
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
 MAD_TO_STDDEV = 1.4826  # of a Gaussian

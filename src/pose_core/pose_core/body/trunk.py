@@ -6,9 +6,9 @@ x = y × z.
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_core.kernels.camera_geometry import compute_trunk_axes_batch
-from pose_core.streams.samples import FloatArray
 
 HIPS_AND_NECK = np.array([JOINT_INDEX[j] for j in ("left_hip", "right_hip", "neck")])
 LEFT_HIP, RIGHT_HIP, NECK = HIPS_AND_NECK.tolist()

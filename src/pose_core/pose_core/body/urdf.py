@@ -10,11 +10,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel, Link
 from pose_core.body.plain_numbers import plain_numbers
 from pose_core.body.shape import BodyShape
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.streams.samples import FloatArray
 
 THICKNESS = 0.14  # [-] a limb's radius over its length
 THINNEST, THICKEST = 0.03, 0.07  # [m] radius of a limb

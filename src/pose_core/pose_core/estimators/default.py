@@ -5,11 +5,15 @@ from typing import ClassVar
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape, with_shorter_arms
 from pose_core.counters import Counters
+from pose_core.estimates.observation import Observation
+from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import mean_of_sensors
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.facing_check import FacingCheck
@@ -19,16 +23,12 @@ from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.tracker_errors import LONGEST_GAP_S
 from pose_core.filter.tuning import FilterTuning
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
 from pose_core.kernels.published_state import PublishedState
-from pose_core.observation import Observation
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 LARGEST_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
 SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose

@@ -7,18 +7,18 @@ positions, so their mean is shifted, which a subsequent linear filter cannot cor
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.baseline_filters.constant_velocity import ConstantVelocityFilter
 from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
 from pose_core.body.joint_rotations import FULL_TURN, continuous_vector
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import ROOT_DOF
 from pose_core.body.trunk import trunk_axes
+from pose_core.estimates.body_estimates import Source
+from pose_core.estimates.observation import Observation
+from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.fusion.estimates import Source
-from pose_core.fusion.pose_block import FusedPose
-from pose_core.observation import Observation
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 ROOT_ACCELERATION = 10.0  # [m/s²] white, over a frame
 ANGULAR_ACCELERATION = 80.0  # [rad/s²] likewise

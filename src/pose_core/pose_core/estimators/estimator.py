@@ -3,17 +3,17 @@
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.estimates.observation import Observation
+from pose_core.estimates.poses import EstimatedPose, TimedPose
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.uncertainty import LIVE, VarianceCalibrations
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import EstimatedPose, TimedPose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
-from pose_core.observation import Observation
-from pose_core.streams.samples import FloatArray
 
 
 class Estimator(ABC):

@@ -2,11 +2,11 @@
 
 from typing import ClassVar
 
+from pose_core.estimates.observation import Observation
+from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.default import DefaultEstimator
-from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.kernels.published_state import PublishedState
-from pose_core.observation import Observation
 from pose_core.stamps import NS_PER_S
 
 WARM_UP_NS = 30 * NS_PER_S  # time that the other IMUs have after the first one is aligned

@@ -9,12 +9,12 @@ References:
 import numpy as np
 
 from pose_core.baseline_filters.constant_velocity import ConstantVelocityFilter
+from pose_core.estimates.observation import Observation
+from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import mean_of_sensors
 from pose_core.estimators.pose_of_joints import PoseOfJoints
-from pose_core.fusion.pose_block import FusedPose
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.observation import Observation
 from pose_core.stamps import NS_PER_S
 
 ACCELERATION = 25.0  # [m/s²] white, over a frame; tuned on the motions for tuning

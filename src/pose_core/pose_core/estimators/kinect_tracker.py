@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.baseline_filters.li2020 import Li2020Filter
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 DIVERGED_NS = NS_PER_S // 2
 COUNTERS = (

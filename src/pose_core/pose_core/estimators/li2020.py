@@ -6,19 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.body.joint_rotations import continuous_vector
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
+from pose_core.estimates.body_estimates import Source
+from pose_core.estimates.observation import Observation
+from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import COUNTERS, KinectTracker
-from pose_core.fusion.estimates import Source
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import FusedPose
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.joints import JOINT_INDEX, TrackingState
-from pose_core.observation import Observation
-from pose_core.streams.samples import FloatArray
 
 
 class Li2020Estimator(StepwiseEstimator):

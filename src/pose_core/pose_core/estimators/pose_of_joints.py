@@ -3,16 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
 from pose_core.body.joint_rotations import FULL_TURN, continuous_vector
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
-from pose_core.fusion.estimates import Source
-from pose_core.fusion.pose_block import FusedPose
+from pose_core.estimates.body_estimates import Source
+from pose_core.estimates.poses import FusedPose
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 LONGEST_STEP_S = 0.5  # [s] longest time over which differences give rates
 

@@ -8,7 +8,7 @@ from pose_core.estimators import ESTIMATORS
 
 if TYPE_CHECKING:
     from pose_core.estimators.estimator import Estimator
-    from pose_core.fusion.parameters import FusionParameters
+    from pose_core.estimators.parameters import FusionParameters
 
 
 def estimator_class(name: str) -> "type[Estimator]":

@@ -5,13 +5,13 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from pose_core.estimates.observation import Observation
+from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.default import DefaultEstimator
 from pose_core.estimators.uncertainty import SMOOTHED, VarianceCalibrations
 from pose_core.filter.smoother import FilterStep, smoothed
 from pose_core.filter.state import FilterState
-from pose_core.fusion.pose_block import TimedPose
 from pose_core.kernels.published_state import PublishedState
-from pose_core.observation import Observation
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 ORDERED_NS = NS_PER_S // 4  # frames at most this late are processed in stamp order

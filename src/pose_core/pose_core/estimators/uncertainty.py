@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
-from pose_core.streams.samples import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

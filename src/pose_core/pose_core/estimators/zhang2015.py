@@ -17,25 +17,25 @@ from typing import ClassVar
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.inverse_kinematics import vector_from_rotation
 from pose_core.body.joint_rotations import continuous_vector, link_angles
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import ROOT_DOF, BodyModel, Link
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.estimates.body_estimates import Source
+from pose_core.estimates.observation import Observation
+from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.pose_of_joints import LONGEST_STEP_S, PoseOfJoints
-from pose_core.fusion.estimates import Source
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import FusedPose
 from pose_core.imu.aligned_readings import AlignedReadings
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.weighting import Weights, fuse_limb, fuse_trunk, minimum_variance_weights
 from pose_core.joints import JOINT_INDEX, TrackingState
-from pose_core.observation import Observation
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 BALL_JOINT = 3  # degrees of freedom; the last one is the axial rotation
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.occlusion import Capsules, hidden
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
@@ -28,7 +29,6 @@ from pose_core.kernels.joint_kinematics import (
     joint_jacobian,
 )
 from pose_core.kernels.rotations import rotate_left_all
-from pose_core.streams.samples import FloatArray
 
 NOT_TRACKED, INFERRED = 0, 1  # of TrackingState
 

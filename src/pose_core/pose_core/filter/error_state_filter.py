@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.inverse_kinematics import dof_from_positions
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import BodyModel
@@ -22,7 +23,6 @@ from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.left_right_swaps import undo_swaps
 from pose_core.kernels.published_state import PublishedState
-from pose_core.streams.samples import FloatArray
 
 
 class ErrorStateFilter:

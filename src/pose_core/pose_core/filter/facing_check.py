@@ -9,11 +9,11 @@ point forwards, whichever leg is called left.
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.body.trunk import trunk_axes
 from pose_core.filter.camera import CameraFrame
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
-from pose_core.streams.samples import FloatArray
 
 LEGS = np.array(
     [[JOINT_INDEX[f"{side}_{name}"] for name in ("hip", "knee", "foot")] for side in SIDES],

@@ -17,12 +17,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.layout import rate_column, rotation_column
 from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import FilterState
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.rotations import exponential, logarithm, product, product_transposed
-from pose_core.streams.samples import FloatArray
 
 MAX_SOFT_TISSUE_RATE = 6.0  # [rad/s] above which the soft-tissue error does not grow further
 RATE_NOISE_GROWTH = 0.5  # [s] of the gyroscope's noise with its rate: a segment is not rigid

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pose_core.body.model import BodyModel
+from pose_core.estimates.observation import Observation
 from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
@@ -15,7 +16,6 @@ from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import AlignmentTuning, SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
-from pose_core.observation import Observation
 from pose_core.stamps import NS_PER_S
 
 SOLVE_PERIOD_NS = NS_PER_S // 2

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.layout import Layout, rotation_column
 from pose_core.filter.state import NO_COLUMN, FilterState, Pose
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.rotations import rotate_left
-from pose_core.streams.samples import FloatArray
 
 LARGEST_STDDEV = 1.2  # [rad] bound of an unobserved rotation's error: the tangent space is local
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import FilterState
@@ -18,7 +19,6 @@ from pose_core.kernels.axial_rotation import Hinges
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.rotations import logarithm, transposed_product
 from pose_core.kernels.swing_twist import flexion, twist
-from pose_core.streams.samples import FloatArray
 
 LEAST_DEFINED = 1e-3  # [-] lower bound of how well a twist is defined
 HINGE_DOF = 3.0  # [-] of Student's t of hinges: a wrong prior yields to the cameras

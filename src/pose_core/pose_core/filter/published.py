@@ -16,6 +16,7 @@ links, slides take in the trackers' slow offsets.
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings
 from pose_core.filter.layout import rotation_column
@@ -25,7 +26,6 @@ from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.published_state import PublishedState
 from pose_core.kernels.rotations import exponential, product, rotate_left
-from pose_core.streams.samples import FloatArray
 
 PUBLISHED_SLIDE = 0.6  # [-] of a slide
 

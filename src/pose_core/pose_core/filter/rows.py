@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled
-from pose_core.streams.samples import FloatArray
 
 NORMAL = 0.0  # [-] degrees of freedom that denote a normal distribution: the weight is always 1
 

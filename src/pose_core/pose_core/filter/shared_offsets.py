@@ -21,11 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.camera import View
 from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.compiling import compiled
-from pose_core.streams.samples import FloatArray
 
 LEFT_HIP, RIGHT_HIP, NECK = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"], JOINT_INDEX["neck"]
 LEFT_SHOULDER, RIGHT_SHOULDER = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.layout import Layout
 from pose_core.filter.state import NO_COLUMN, FilterState, inject_error
 from pose_core.filter.tuning import MotionPrior
-from pose_core.streams.samples import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.layout import Layout, rate_column, rotation_column
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.rotations import rotate_left, rotate_right
-from pose_core.streams.samples import FloatArray
 
 IMU_STATES = 4  # mounting (3) and heading (1)
 NO_COLUMN = -1

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings, add_imus
@@ -20,7 +21,6 @@ from pose_core.filter.tracker_errors import LONGEST_GAP_S, update_tracker_errors
 from pose_core.filter.update import robust_update
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.small_matrices import add, inverse, scaled, symmetric
-from pose_core.streams.samples import FloatArray
 
 MEAN_NIS_CLIP = 9.0  # [-] to which a joint's NIS is clipped before averaging
 LOST_NIS = 25.0  # [-] of a joint, for a filter that has lost the person

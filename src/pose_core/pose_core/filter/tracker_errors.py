@@ -18,12 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.camera import CameraFrame, View, heading_of
 from pose_core.filter.rows import Rows
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.update import UpdateResult
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.streams.samples import FloatArray
 
 SMOOTHED_NIS_CLIP = 400.0  # [-] to which a joint's NIS is clipped before it is smoothed
 LONGEST_GAP_S = 0.1  # [s] upper bound of the time between frames, for smoothing

@@ -21,12 +21,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.rows import NORMAL, Rows
 from pose_core.filter.state import FilterState, inject_error
 from pose_core.kernels.cholesky import factorise, solve_lower, solve_vector
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.small_matrices import inverse, mirror, quadratic_form, symmetric
-from pose_core.streams.samples import FloatArray
 
 BLOCK = 32  # rows of P that are computed together
 

@@ -5,17 +5,17 @@ from collections.abc import Callable
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.estimates.body_estimates import BodyEstimate, EstimateBlock
+from pose_core.estimates.observation import Observation
+from pose_core.estimates.poses import PoseBlock, StateBlock, TimedPose, block_of_poses
 from pose_core.estimators.estimator import Estimator
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.registry import estimator_class
-from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_core.fusion.output import StateOutput
 from pose_core.fusion.output_grid import has_output_rate
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import PoseBlock, StateBlock, TimedPose, block_of_poses
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
-from pose_core.observation import Observation
 from pose_core.stamps import NS_PER_S
 
 EstimatorMaker = Callable[[BodyModel, BodyShape, FusionParameters, Counters], Estimator]

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+from pose_core.estimates.body_estimates import BodyEstimate
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.registry import estimator_class
-from pose_core.fusion.estimates import BodyEstimate
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series

@@ -6,9 +6,9 @@ from pose_core.body.kinematics import model_arrays
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape
+from pose_core.estimates.body_estimates import EstimateBlock
+from pose_core.estimates.poses import StateBlock
 from pose_core.estimators.uncertainty import VarianceCalibrations, coefficients_of
-from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.pose_block import StateBlock
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.output import OutputBody, PoseOutput, output_states

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.registry import estimator_class
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 

@@ -11,19 +11,19 @@ from collections.abc import Callable, Iterable
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.estimates.body_estimates import BodyEstimate, EstimateBlock
+from pose_core.estimates.observation import Observation
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.registry import body_model_of
-from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
 from pose_core.fusion.output_grid import OutputGrid, has_output_rate
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.preprocessor import COUNTERS, Preprocessor
 from pose_core.fusion.warm_up import warm_up
 from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
-from pose_core.observation import Observation
-from pose_core.session.clocks import Clocks
 from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.clocks import Clocks
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
 

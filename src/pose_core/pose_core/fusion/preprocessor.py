@@ -10,22 +10,22 @@ from pose_core.body.measurement import BodyMeasurement
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.estimates.observation import Observation
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.registry import estimator_class
 from pose_core.fusion import sample_buffer
 from pose_core.fusion.frame_queue import FrameQueue
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.fusion.sensor_frames import SensorFrame, SensorsInMap
 from pose_core.imu.imu_history import NO_STATES, ImuStates
 from pose_core.imu.imu_set import ImuSet
-from pose_core.observation import Observation
-from pose_core.session.clocks import (
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.clocks import (
     Clocks,
     block_on_reference_clock,
     on_reference_clock,
 )
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import TimeAligner
 

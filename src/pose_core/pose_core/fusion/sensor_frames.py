@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 from pose_core.kernels.camera_geometry import transform_to_map
 from pose_core.kernels.compiling import type_specialised
 from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.samples import FloatArray
 from pose_core.streams.time_alignment import AlignedFrame
 
 

@@ -5,22 +5,23 @@ Compiling them, at the very first start, takes tens of seconds; loading them tak
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.frames import BodyFrames
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape, shape_of
 from pose_core.counters import Counters
-from pose_core.fusion.estimates import EstimateBlock
+from pose_core.estimates.body_estimates import EstimateBlock
+from pose_core.estimates.observation import Observation
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.sensor_frames import SensorsInMap
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.compiling import announce_compilation
-from pose_core.observation import Observation
 from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
-from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
+from pose_core.streams.samples import ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import AlignedFrame
 
 NEUTRAL = {  # [m] from mid-hip, x forward, y left, z up: an average body

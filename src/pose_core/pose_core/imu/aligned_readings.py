@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.imu_use import ImuUse
@@ -11,7 +12,6 @@ from pose_core.imu.sensor_alignment import Alignment, AlignmentTuning, SegmentAl
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.kernels.rotations import exponential
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 SOLVE_PERIOD_NS = NS_PER_S // 2
 AXIS_STDDEV, TURN_STDDEV = 0.15, 0.5  # [rad] of an estimated link: of its axis, about its axis

@@ -17,12 +17,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import rows_of_block
 from pose_core.imu.orientation_check import is_equal, product
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.kernels.rotations import vector_scale
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray, ImuBlock
+from pose_core.streams.samples import ImuBlock
 
 REPLACED_STDDEV = 0.2  # [rad/s] of a rate that is the orientation's change
 SMOOTHING_S = 0.005  # [s] time constant of that change

@@ -18,11 +18,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_alignment import HEADING_PARTS
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, TrackingState
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 PERIOD_NS = 80_000_000  # [ns] between two instants: errors of the cameras are correlated
 LONGEST_STEP_S = 0.2  # [s] for which one instant stands at most

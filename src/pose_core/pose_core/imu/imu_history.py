@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.imu_rings import (
     MAX_GAP_NS,
@@ -14,7 +15,7 @@ from pose_core.kernels.imu_rings import (
     have_reached,
     read_states,
 )
-from pose_core.streams.samples import FloatArray, ImuBlock
+from pose_core.streams.samples import ImuBlock
 
 ALIVE_NS = 200_000_000  # an IMU that is silent for longer is not waited for
 SAMPLES = 512  # stored for each IMU: half a second of the fastest

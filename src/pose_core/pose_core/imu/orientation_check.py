@@ -19,11 +19,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import rows_of_block
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.kernels.rotations import SMALL_ANGLE
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray, ImuBlock
+from pose_core.streams.samples import ImuBlock
 
 LONGEST_STEP_S = 0.1  # [s] the gyroscope is not integrated over longer gaps
 SMALLEST_JUMP = 0.2  # [rad] larger than any orientation filter corrects between two samples

@@ -21,10 +21,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.rotations import transposed_product
-from pose_core.streams.samples import FloatArray
 
 GRID = np.linspace(-np.pi, np.pi, 72, endpoint=False)  # [rad] grid of headings
 REFINED = np.radians([2.5, 0.6, 0.15])  # [rad] steps of the parabolic refinement

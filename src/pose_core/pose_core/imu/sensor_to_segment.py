@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 NEARLY_PARALLEL = 1e-9
 

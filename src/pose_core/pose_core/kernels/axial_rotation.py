@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.rotations import rotate_left
 from pose_core.kernels.vectors import cross, dot, norm
-from pose_core.streams.samples import FloatArray
 
 STRAIGHT = float(np.sin(np.radians(10.0)))  # [-] sine of a flexion: no weight below
 BENT = float(np.sin(np.radians(30.0)))  # [-] sine of a flexion: full weight above

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.vectors import cross, dot, norm
-from pose_core.streams.samples import FloatArray
 
 
 @compiled_in_place

@@ -6,8 +6,8 @@ that is not positive definite results in values that are not finite.
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.streams.samples import FloatArray
 
 
 @compiled_in_place

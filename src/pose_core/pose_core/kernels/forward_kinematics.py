@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.rotations import rotate_left, rotate_right
-from pose_core.streams.samples import FloatArray
 
 ROOT_DOF = 6  # position [m], then rotation vector [rad]
 

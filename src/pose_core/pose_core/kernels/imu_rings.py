@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.interpolation import interpolate, rotated_right
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 HISTORY_NS = NS_PER_S  # a larger step back means that a clock was set back
 MAX_GAP_NS = 100_000_000  # a longer gap is not interpolated

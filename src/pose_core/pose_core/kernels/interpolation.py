@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.rotations import matrix_of_quaternion, rotate_right, vector_scale
-from pose_core.streams.samples import FloatArray
 
 
 @compiled_in_place

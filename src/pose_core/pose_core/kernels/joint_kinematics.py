@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.streams.samples import FloatArray
 
 
 class BodyArrays(NamedTuple):

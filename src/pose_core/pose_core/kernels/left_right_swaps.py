@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.streams.samples import FloatArray
 
 LEAST_JOINTS = 3  # [-] observed joints of a group, below which its mean distance is not used
 LIMBS = (("shoulder", "elbow", "hand"), ("hip", "knee", "foot"))

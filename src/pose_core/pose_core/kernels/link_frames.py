@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.rotations import exponential, product, quaternion
-from pose_core.streams.samples import FloatArray
 
 
 class AuxiliaryFrames(NamedTuple):

@@ -5,8 +5,8 @@ Published variances are multiplied by the ratio of that mean to the one of a con
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.streams.samples import FloatArray
 
 MEMORY_S = 20.0  # [s] time constant of the running mean
 MIN_SCALE, MAX_SCALE = 0.2, 6.0  # [-]

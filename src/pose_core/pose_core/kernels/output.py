@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.axial_rotation import Hinges, rotate_into_hinge_planes
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_links
@@ -13,7 +14,6 @@ from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.output_blending import BLEND_S, Blending, blend_angle, decay, elapsed_s
 from pose_core.kernels.published_state import DofEstimate, PublishedState, make_dof_estimate
 from pose_core.kernels.rotations import logarithm, product_transposed, rotate_left
-from pose_core.streams.samples import FloatArray
 
 MIN_INFORMATION = 1e-6  # [1/rad²] lower bound of the information that counts
 

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.published_state import DofEstimate
-from pose_core.streams.samples import FloatArray
 
 BLEND_S = 0.005  # [s] 1/k of a certain angle
 CALM_BLEND_S = 0.03  # [s] least 1/k at the start and after a silence

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled
-from pose_core.streams.samples import FloatArray
 
 
 class PublishedState(NamedTuple):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.streams.samples import FloatArray
 
 
 @compiled_in_place

@@ -14,7 +14,7 @@ References:
 
 import numpy as np
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 FORBIDDEN = 1e3  # in place of an infinite cost
 

@@ -14,10 +14,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.people.assignment import assign
 from pose_core.people.distances import joint_distances
 from pose_core.people.person_track import PersonTrack
-from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.samples import SkeletonSample
 
 GATE_M = 0.35  # [m] mean distance of the joints from their predicted positions, under a known id
 SPEED_CHANGE = 4.0  # [m/s] a change of speed that the prediction lacks; it widens this gate while

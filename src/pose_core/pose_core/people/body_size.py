@@ -4,10 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.shape import BodyShape
 from pose_core.finite_numbers import nan_mean, nan_median
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
-from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.samples import SkeletonSample
 
 BONES: tuple[tuple[str, str], ...] = (
     *((f"{side}_hip", f"{side}_knee") for side in SIDES),

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.people.distances import centre
 from pose_core.people.person_track import PersonTrack
 from pose_core.people.tracker import PeopleTracker
 from pose_core.people.wearer import WearerSearch
-from pose_core.streams.samples import FloatArray, ImuBlock
+from pose_core.streams.samples import ImuBlock
 
 FIRST, NEAREST, IMUS = "first", "nearest", "imus"
 KEPT_S = 6.0  # [s] out of sight, a person stays the chosen one

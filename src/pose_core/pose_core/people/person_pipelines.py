@@ -6,14 +6,14 @@ from functools import partial
 
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
-from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.estimates.body_estimates import EstimateBlock
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.people.body_size import is_of_size
 from pose_core.people.person_track import PersonTrack, Presence
-from pose_core.session.clocks import Clocks
 from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.clocks import Clocks
 
 COUNTERS = ("people_beyond_max", "measured_anew", "subject_changed")
 

@@ -5,10 +5,11 @@ from enum import Enum
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.people.body_size import BodySize
 from pose_core.people.distances import centre
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.samples import SkeletonSample
 
 POSITION_GAIN = 0.6  # [-] weight of a new frame in the joints' places
 VELOCITY_WINDOW_NS = 150_000_000  # [ns] over which the velocity is taken

@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.estimates.body_estimates import EstimateBlock
+from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion import sample_buffer
-from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.imu.sensor_to_segment import SensorsToSegments
@@ -19,8 +19,8 @@ from pose_core.people import person_pipelines
 from pose_core.people.person_choice import PersonChoice
 from pose_core.people.person_pipelines import PersonPipelines
 from pose_core.people.tracker import PeopleTracker
-from pose_core.session.clocks import Clocks
 from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.clocks import Clocks
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 
 Frame = Sequence[SkeletonSample]

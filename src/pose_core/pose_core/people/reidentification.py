@@ -11,12 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.people.assignment import assign
 from pose_core.people.body_size import BodySize
 from pose_core.people.distances import centre
 from pose_core.people.person_track import PersonTrack, Presence
-from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.samples import SkeletonSample
 
 TOGETHER_S = 0.2  # [s] in view at once, from which two tracks are of two people
 JUST_LEFT_S = 6.0  # [s] for which a place says something of who comes back

@@ -6,13 +6,14 @@ absent, and is compared with everybody who comes later (:mod:`reidentification`)
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.people.distances import centre
 from pose_core.people.duplicate_tracks import DuplicateTracks
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import CERTAIN, MOST_ABSENT, Reidentification
 from pose_core.stamps import JUMP_BACK_NS
-from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.samples import SkeletonSample
 
 ABSENT_AFTER_S = 0.35  # [s] unseen by all sensors, a person is absent
 CONFIRMED_AFTER_S = 0.3  # [s] in view: shorter ones are trackers' ghosts

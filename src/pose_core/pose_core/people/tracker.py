@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.people.association import GATE_M, associate
 from pose_core.people.distances import OTHER_SIDE, centres
@@ -18,8 +19,8 @@ from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import Reidentification
 from pose_core.people.track_manager import ABSENT_AFTER_S, Assigned, TrackManager
 from pose_core.people.track_swaps import TrackSwaps
-from pose_core.session.clocks import Clock, Clocks
-from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.clocks import Clock, Clocks
+from pose_core.streams.samples import SkeletonSample
 from pose_core.transforms import transformed
 
 BY_ID_S = 0.14  # [s] for which a lone person's id is believed without a look at the joints

@@ -14,8 +14,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
-from pose_core.streams.samples import FloatArray, ImuBlock
+from pose_core.streams.samples import ImuBlock
 
 MEMORY_S = 8.0  # [s] over which agreement fades
 IMU_WITHIN_NS = 60_000_000  # [ns] of a frame

@@ -1,1 +1,1 @@
-"""Calibration of a session: poses of the sensors, their clocks, the person's body measures."""
+"""Results of calibrating a session: poses of the sensors, floor, the person's body measures."""

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
-from pose_core.session.clocks import Clock
 from pose_core.session.floor_estimate import FloorEstimate
 from pose_core.session.session_body import SessionBody
-from pose_core.streams.samples import FloatArray
+from pose_core.streams.clocks import Clock
 from pose_core.transforms import inverse
 
 

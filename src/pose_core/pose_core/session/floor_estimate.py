@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

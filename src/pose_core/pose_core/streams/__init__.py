@@ -1,1 +1,1 @@
-"""Samples of the sensors: types, checks of stamps, ordering and time alignment."""
+"""Samples of the sensors: types, clocks, checks of stamps, ordering and time alignment."""

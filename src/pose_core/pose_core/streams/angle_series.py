@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwrapped
-from pose_core.streams.samples import FloatArray
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries
 
 SIDEWAYS = np.radians(60.0)  # [rad] of abduction: beyond it flexion is undefined

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pose_core.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

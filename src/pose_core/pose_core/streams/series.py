@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.samples import SkeletonSample
 from pose_core.transforms import transformed
 
 IntArray = NDArray[np.int64]

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pose_core.counters import Counters
-from pose_core.session.clocks import IMUS, Clock, Clocks, block_on_reference_clock
 from pose_core.stamps import NS_PER_S
+from pose_core.streams.clocks import IMUS, Clock, Clocks, block_on_reference_clock
 from pose_core.streams.samples import ImuBlock, SkeletonSample
 
 CAMERA_LAG_NS = NS_PER_S // 2  # [ns] largest lag of a camera's sample

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.body.shape import BodyShape
 from pose_core.imu.imu_history import ImuStates
-from pose_core.streams.samples import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

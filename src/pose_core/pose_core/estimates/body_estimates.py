@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.streams.samples import FloatArray
+from pose_core.arrays import FloatArray
 
 
 class Source(IntEnum):

@@ -7,11 +7,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
-from pose_core.fusion.estimates import EstimateBlock
+from pose_core.estimates.body_estimates import EstimateBlock
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.published_state import PublishedState
-from pose_core.streams.samples import FloatArray
 
 
 @dataclass(kw_only=True)

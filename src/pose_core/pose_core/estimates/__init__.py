@@ -1,0 +1,1 @@
+"""What estimators are given, observations, and what they give: poses with their uncertainty."""
