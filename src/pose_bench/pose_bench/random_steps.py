@@ -15,7 +15,7 @@ from pose_bench.speed import Scene, aligned_filter, camera_place
 from pose_core.arrays import FloatArray
 from pose_core.body.model import load_body_model
 from pose_core.filter.camera import CameraFrame
-from pose_core.filter.imu import ImuReadings
+from pose_core.filter.imu import ImuFrame
 from pose_core.filter.motion import predict
 from pose_core.filter.state import FilterState, with_imu
 from pose_core.filter.step import update_with_frame, update_with_imus
@@ -57,8 +57,8 @@ def random_steps(count: int, seed: int, every: int = 10_000) -> Iterator[Checks]
         if rng.random() < REALIGNED:
             state = _realigned(state, rng)
         predict(constants.motion, state, dt_s)
-        readings = _readings(scene, now, rng)
-        is_finite = update_with_imus(constants, state, readings, information[1])
+        imus = _imu_frame(scene, now, rng)
+        is_finite = update_with_imus(constants, state, imus, information[1])
         frame = _frame(scene.joints[now], rng)
         if is_finite and rng.random() < 0.7:
             is_finite = update_with_frame(constants, state, frame, information[0]).is_finite
@@ -71,7 +71,7 @@ def random_steps(count: int, seed: int, every: int = 10_000) -> Iterator[Checks]
             yield checks
 
 
-def _readings(scene: Scene, now: int, rng: np.random.Generator) -> ImuReadings:
+def _imu_frame(scene: Scene, now: int, rng: np.random.Generator) -> ImuFrame:
     """Samples of a random part of the IMUs, in three of four steps."""
     is_on = (rng.random(IMUS) < rng.random()) & (rng.random() < 0.75)
     links = np.flatnonzero(is_on)
@@ -79,7 +79,7 @@ def _readings(scene: Scene, now: int, rng: np.random.Generator) -> ImuReadings:
     R = noise @ scene.rotations[now, links]
     if len(links) and rng.random() < UNRELATED:
         R[0] = Rotation.random(random_state=rng).as_matrix()
-    return ImuReadings(
+    return ImuFrame(
         links=links,
         R_world_sensor=np.ascontiguousarray(R),
         angular_velocity=scene.rates[now, links] + rng.normal(0.0, 0.2, (len(links), 3)),

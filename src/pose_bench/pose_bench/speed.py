@@ -28,7 +28,7 @@ from pose_core.estimates.observation import Observation
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants, make_constants
-from pose_core.filter.imu import ImuReadings
+from pose_core.filter.imu import ImuFrame
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.state import FilterState, start_state, with_imu
@@ -36,7 +36,7 @@ from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
 from pose_core.fusion.warm_up import neutral_pose
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.joints import JOINTS, TrackingState
 
 PERIOD_S = 1.0 / 30.0
@@ -101,9 +101,9 @@ class Scene:
             for sensor, positions in enumerate(self.seen(frame, sensors))
         ]
 
-    def imus(self, frame: int, count: int) -> ImuReadings:
+    def imus(self, frame: int, count: int) -> ImuFrame:
         """Measurements of aligned IMUs, one on each of the first links."""
-        return ImuReadings(
+        return ImuFrame(
             links=np.arange(count),
             R_world_sensor=np.ascontiguousarray(self.rotations[frame, :count]),
             angular_velocity=np.ascontiguousarray(self.rates[frame, :count]),
@@ -123,7 +123,7 @@ class Scene:
             positions=self.seen(frame, 2),
             tracking_state=np.stack([TRACKED, TRACKED]),
             cameras=np.stack([camera_place(0), camera_place(1)]),
-            readings=ImuStates(
+            imus=ImuMeasurements(
                 segments=tuple(segments),
                 R_world_sensor=self.rotations[frame, links],
                 angular_velocity=self.rates[frame, links],
@@ -170,9 +170,9 @@ def filter_steps(scene: Scene, sensors: int, imus: int) -> Step:
     seen = [(scene.imus(frame, imus), scene.frames(frame, sensors)) for frame in range(scene.size)]
 
     def step(frame: int) -> None:
-        readings, frames = seen[frame]
+        imus, frames = seen[frame]
         predict(constants.motion, state, PERIOD_S)
-        update_with_imus(constants, state, readings, information[1])
+        update_with_imus(constants, state, imus, information[1])
         for each in frames:
             update_with_frame(constants, state, each, information[0])
 

@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+MAD_TO_STDDEV = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
+
 
 def finite_numbers(value: Any, *shape: int) -> NDArray[np.float64] | None:
     """Convert a value from a file to an array; None unless all are finite and the shape fits."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from pose_core.api import (
     AlignedFrame,
-    Clocks,
     Extrinsics,
     FloatArray,
     SkeletonSample,
@@ -33,7 +32,6 @@ def methods_of_bag(
     bag: BagReader,
     person: str = "",
     body: str = "",
-    clocks: Clocks | None = None,
     extrinsics: Extrinsics | None = None,
 ) -> dict[str, SkeletonSeries]:
     """Every method's joints by its name, in the order of the tables.
@@ -46,26 +44,27 @@ def methods_of_bag(
         bag: An open bag.
         person: The person to select; see ``./pose fuse --person``.
         body: The id of the fused body; the first one if empty.
-        clocks: The sensors' clocks; those of the bag's clock messages if None.
-        extrinsics: Poses of the sensors; those in the bag if None.
+        extrinsics: Poses and clocks of the sensors; those in the bag if None.
 
     Raises:
         InputError: If the bag holds neither a sensor's skeletons nor a fused one.
     """
-    placed = read_extrinsics(bag)
     names = sensor_topics(bag)
+    clocks = read_clocks(bag) if extrinsics is None else extrinsics.clocks
+    placed = read_extrinsics(bag)
     if extrinsics is None and names and set(names) <= set(placed):
         known = extrinsics_from_map({name: placed[name] for name in names})
-        extrinsics = replace(known, clocks=read_clocks(bag))
-    clocks = read_clocks(bag) if clocks is None else clocks
+        extrinsics = replace(known, clocks=clocks)
     has_body = body_topic(bag, "skeleton", body) is not None
     raw = {} if has_body and not names else read_sensor_series(bag, person, extrinsics)
     sensors = {
         name: series_on_reference_clock(series, clocks.get(name)) for name, series in raw.items()
     }
     methods = dict(sensors)
-    if len(sensors) > 1 and set(sensors) <= set(placed):
-        methods[MEAN] = mean_series(sensors, placed)
+    if len(sensors) > 1 and extrinsics is not None:
+        methods[MEAN] = mean_series(
+            sensors, {name: extrinsics.T_map_sensor(name) for name in names}
+        )
     if has_body:
         methods[FUSED] = read_body_series(bag, body)
     return methods

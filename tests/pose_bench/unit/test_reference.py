@@ -11,7 +11,7 @@ from pose_core.body.segment_tree import SegmentTree, without_side
 from pose_core.body.shape import shape_of
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import make_constants
-from pose_core.filter.imu import NO_IMUS, ImuReadings, add_imus
+from pose_core.filter.imu import NO_IMUS, ImuFrame, add_imus
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.posture import add_posture
@@ -81,16 +81,16 @@ def random_state(rng, sensors=2, imus=(), dof=None):
     return state, dof
 
 
-def readings_of(rng, state, rotations, imus, noise=0.05):
-    """Readings of IMUs on links with these rotations."""
-    R = np.empty((len(imus), 3, 3))
-    for row, link in enumerate(imus):
+def imus_of(rng, state, rotations, links, noise=0.05):
+    """Samples of IMUs on links with these rotations."""
+    R = np.empty((len(links), 3, 3))
+    for row, link in enumerate(links):
         heading = Rotation.from_euler("z", state.heading[link]).as_matrix()
         turned = Rotation.from_rotvec(rng.normal(0.0, noise, 3)).as_matrix()
         R[row] = heading.T @ turned @ rotations[link] @ state.R_sensor_link[link].T
-    age_s, rate_stddev = rng.choice([0.0, 0.02], len(imus)), rng.choice([0.0, 0.2], len(imus))
-    rates = rng.normal(0.0, 1.0, (len(imus), 3))
-    return ImuReadings(np.array(imus, np.int64), R, rates, age_s, rate_stddev)
+    age_s, rate_stddev = rng.choice([0.0, 0.02], len(links)), rng.choice([0.0, 0.2], len(links))
+    rates = rng.normal(0.0, 1.0, (len(links), 3))
+    return ImuFrame(np.array(links, np.int64), R, rates, age_s, rate_stddev)
 
 
 def random_frame(rng, joints, sensor):
@@ -119,11 +119,11 @@ def assert_equal_states(fast, plain):
 
 
 @pytest.mark.parametrize("sensors", [1, 2])
-@pytest.mark.parametrize("imus", [(), (3, 7), WORN])
+@pytest.mark.parametrize("links", [(), (3, 7), WORN])
 @pytest.mark.parametrize("seed", [3, 4])
-def test_the_compiled_filter_equals_the_plain_one(sensors, imus, seed):
+def test_the_compiled_filter_equals_the_plain_one(sensors, links, seed):
     rng = np.random.default_rng(seed)
-    state, dof = random_state(rng, sensors, imus)
+    state, dof = random_state(rng, sensors, links)
     plain = ReferenceFilter(CONSTANTS, state)
     for step in range(30):
         dof = dof + rng.normal(0.0, 0.05, MODEL.size)
@@ -131,24 +131,24 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, imus, seed):
         dt_s = rng.uniform(0.001, 0.05)
         predict(CONSTANTS.motion, state, dt_s)
         plain.predict(dt_s)
-        heard = [link for link in imus if rng.random() > 0.2]  # the others are silent
-        readings = readings_of(rng, state, truth.rotations, heard) if heard else NO_IMUS
+        heard = [link for link in links if rng.random() > 0.2]  # the others are silent
+        imus = imus_of(rng, state, truth.rotations, heard) if heard else NO_IMUS
         frame = random_frame(rng, truth.positions, step % sensors)
         information = np.zeros((2, LINKS, 3, 3))
-        assert update_with_imus(CONSTANTS, state, readings, information[1])
+        assert update_with_imus(CONSTANTS, state, imus, information[1])
         result = update_with_frame(CONSTANTS, state, frame, information[0])
-        by_imus = plain.update_with_imus(readings)
+        by_imus = plain.update_with_imus(imus)
         expected, by_camera = plain.update_with_frame(frame)
         assert_equal_states(state, plain.state)
         np.testing.assert_allclose(information, [by_camera, by_imus], rtol=1e-7, atol=1e-7)
         assert result == pytest.approx(expected, rel=1e-7, nan_ok=True)
 
 
-def published(state, dt_s, earlier=NO_IMUS, readings=NO_IMUS):
+def published(state, dt_s, earlier=NO_IMUS, imus=NO_IMUS):
     shapes = [(3,), (3,), (LINKS, 3, 3), (LINKS, 3), (15, 3), (3,), (LINKS, 3, 3)]
     out = PublishedState(*map(np.zeros, [*shapes, (2, LINKS, 3, 3), (1,)]))
     unchanged = state.copy()
-    predict_published(CONSTANTS, state, dt_s, earlier, readings, TREE.parents, out)
+    predict_published(CONSTANTS, state, dt_s, earlier, imus, TREE.parents, out)
     for one, other in zip(
         (*state.pose, *state[2:]), (*unchanged.pose, *unchanged[2:]), strict=True
     ):
@@ -167,8 +167,8 @@ def test_the_published_part_of_a_later_instant_is_that_of_the_predicted_state():
 def test_between_two_frames_a_link_rotates_as_its_gyroscope_does():
     rng, dt_s = np.random.default_rng(17), 0.02
     state, dof = random_state(rng, imus=WORN)
-    before = readings_of(rng, state, pose_of(dof).rotations, WORN)
-    later = readings_of(rng, state, pose_of(dof + 0.05).rotations, WORN)
+    before = imus_of(rng, state, pose_of(dof).rotations, WORN)
+    later = imus_of(rng, state, pose_of(dof + 0.05).rotations, WORN)
     now, ahead = published(state, 0.0, before, before), published(state, dt_s, before, later)
     for row, link in enumerate(WORN):
         R_z = Rotation.from_rotvec([0.0, 0.0, state.heading[link]]).as_matrix()
@@ -242,14 +242,14 @@ def test_derivatives_of_camera_rows_late_ones_to_first_order_in_the_turn(late_s,
 
 def test_derivatives_of_imu_rows_but_for_a_rate_by_the_heading():
     rng = np.random.default_rng(7)
-    imus = (0, 4)
-    state, dof = random_state(rng, imus=imus)
-    readings = readings_of(rng, state, pose_of(dof).rotations, imus, noise=0.0)
+    links = (0, 4)
+    state, dof = random_state(rng, imus=links)
+    imus = imus_of(rng, state, pose_of(dof).rotations, links, noise=0.0)
 
     def add(at, rows):
-        add_imus(CONSTANTS.imu, at, readings, rows)
+        add_imus(CONSTANTS.imu, at, imus, rows)
 
-    headings = state.imu_column[list(imus)] + 3
+    headings = state.imu_column[list(links)] + 3
     assert_slope(state, add, 1e-8, np.setdiff1d(np.arange(len(state.P)), headings))
     H, _ = rows_of(state, add)
     by_heading = slope(state, add)[:, headings]
@@ -304,8 +304,8 @@ def test_the_covariance_stays_symmetric_and_positive_over_ten_thousand_steps():
         truth = truths[step // 25 % 20]
         predict(CONSTANTS.motion, state, float(rng.choice([1e-4, 0.01, 0.03, 0.5])))
         if step % 3:
-            readings = readings_of(rng, state, truth.rotations, WORN)
-            assert update_with_imus(CONSTANTS, state, readings, information)
+            imus = imus_of(rng, state, truth.rotations, WORN)
+            assert update_with_imus(CONSTANTS, state, imus, information)
         frame = random_frame(rng, truth.positions, step % 2)
         assert update_with_frame(CONSTANTS, state, frame, information).is_finite
         if step % 50 == 0:

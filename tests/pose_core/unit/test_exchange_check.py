@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_core.imu.exchange_check import PERIOD_NS, ExchangeCheck
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 SEGMENTS = ("left_thigh", "left_shank", "right_thigh")
@@ -45,7 +45,7 @@ def found(worn, seconds=SECONDS, slips_at=None):
             (heading * rotations[SEGMENTS.index(name)] * mounting).as_matrix()
             for name, mounting in zip(worn, mountings, strict=True)
         ]
-        states = ImuStates(
+        states = ImuMeasurements(
             segments=SEGMENTS,
             R_world_sensor=np.array(R),
             angular_velocity=np.full((3, 3), 0.5),

@@ -9,7 +9,7 @@ from pose_core.estimates.observation import Observation
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
 from pose_core.fusion.warm_up import neutral_pose
-from pose_core.imu.imu_history import ImuState, states_of
+from pose_core.imu.imu_history import ImuMeasurement, measurements_of
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINTS, TrackingState
 
@@ -34,7 +34,7 @@ def run(readings):
             positions=neutral_pose()[None],
             tracking_state=np.full((1, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
             cameras=np.array([[3.0, 0.0, 1.0]]),
-            readings=states_of(states),
+            imus=measurements_of(states),
         )
         runner.process(observation)
     angles = runner._estimator._filter.state.pose.rotations
@@ -44,7 +44,7 @@ def run(readings):
 def reading(turn):
     c, s = np.cos(turn), np.sin(turn)
     R = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    return ImuState(R_world_sensor=R, angular_velocity=np.zeros(3), stddev=np.full(3, 0.02))
+    return ImuMeasurement(R_world_sensor=R, angular_velocity=np.zeros(3), stddev=np.full(3, 0.02))
 
 
 def test_an_imu_on_a_segment_unknown_to_the_model_is_reported_and_not_used():

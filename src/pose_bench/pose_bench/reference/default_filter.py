@@ -27,7 +27,7 @@ from pose_bench.reference.default_measurements import (
 from pose_core.arrays import FloatArray
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants
-from pose_core.filter.imu import ImuReadings
+from pose_core.filter.imu import ImuFrame
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.update import UpdateConstants
@@ -81,13 +81,13 @@ class ReferenceFilter:
         state.offset_variance[:] = keep_offset**2 * state.offset_variance + renewed
         state.silent_s[:] += dt_s
 
-    def update_with_imus(self, readings: ImuReadings) -> FloatArray:
+    def update_with_imus(self, imus: ImuFrame) -> FloatArray:
         """Update with aligned IMUs; returns each link's information, (links, 3, 3) [1/rad²]."""
         information = np.zeros((len(self.state.heading), 3, 3))
-        self.state.has_reading[:] = np.isin(np.arange(len(information)), readings.links)
-        if len(readings.links) == 0:
+        self.state.has_imu[:] = np.isin(np.arange(len(information)), imus.links)
+        if len(imus.links) == 0:
             return information
-        groups = list(imu_groups(self.constants.imu, self.state, readings))
+        groups = list(imu_groups(self.constants.imu, self.state, imus))
         weights, _ = robust_update(self.state, groups, self.constants.imu_update)
         for group, weight in zip(groups[::2], weights[::2], strict=True):
             information[group.source] += weight * np.linalg.inv(group.noise)
@@ -166,7 +166,7 @@ class ReferenceFilter:
         gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
         sums *= np.exp(-gap_s / constants.delay_memory_s)
         for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
-            if not state.has_reading[link] or start not in seen or end not in seen:
+            if not state.has_imu[link] or start not in seen or end not in seen:
                 continue
             v = view.velocity[end] - view.velocity[start]
             r = seen[end][0] - seen[start][0]
@@ -224,7 +224,7 @@ class ReferenceFilter:
         state, count = self.state, 0
         half = np.diag([-1.0, -1.0, 1.0])
         for parent, link, sign in hinges(self.constants.posture):
-            pair, is_known = [parent, link], np.any(state.has_reading[[parent, link]])
+            pair, is_known = [parent, link], np.any(state.has_imu[[parent, link]])
             upper, lower = state.pose.rotations[pair]
             bend = flexion(upper.T @ lower, sign)
             if not is_known and bend < self.constants.posture.wrong_bend:

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from pose_core.arrays import FloatArray
 from pose_core.filter.camera import CameraConstants, CameraFrame
 from pose_core.filter.constants import FilterConstants
-from pose_core.filter.imu import ImuConstants, ImuReadings
+from pose_core.filter.imu import ImuConstants, ImuFrame
 from pose_core.filter.occlusion import Capsules
 from pose_core.filter.posture import PostureConstants
 from pose_core.filter.sigma_points import ALPHA, BETA
@@ -71,17 +71,15 @@ def link_columns(link: int) -> slice:
     return slice(3 + 3 * link, 6 + 3 * link)
 
 
-def imu_groups(
-    constants: ImuConstants, state: FilterState, readings: ImuReadings
-) -> Iterator[Group]:
+def imu_groups(constants: ImuConstants, state: FilterState, imus: ImuFrame) -> Iterator[Group]:
     """Each aligned IMU's orientation and rate."""
     _, velocity = columns(state)
-    for row, link in enumerate(readings.links):
+    for row, link in enumerate(imus.links):
         own = int(state.imu_column[link])
-        R_map_sensor = heading_matrix(state.heading[link]) @ readings.R_world_sensor[row]
+        R_map_sensor = heading_matrix(state.heading[link]) @ imus.R_world_sensor[row]
         Q = R_map_sensor @ state.R_sensor_link[link]
-        rate = R_map_sensor @ readings.angular_velocity[row]
-        speed, age_s = min(float(np.linalg.norm(rate)), FASTEST_LINK), readings.age_s[row]
+        rate = R_map_sensor @ imus.angular_velocity[row]
+        speed, age_s = min(float(np.linalg.norm(rate)), FASTEST_LINK), imus.age_s[row]
         stddev = constants.stddev[link] + constants.soft_tissue * speed
         held = HELD_JERK * age_s**3 / 3.0
         noise = Q @ np.diag(constants.correlated_samples * stddev**2 + held**2) @ Q.T
@@ -99,7 +97,7 @@ def imu_groups(
         H = np.zeros((3, len(state.P)))
         H[:, velocity : velocity + 3 + 3 * len(state.heading)][:, link_columns(link)] = np.eye(3)
         variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
-        variance += (HELD_JERK * age_s**2) ** 2 + readings.rate_stddev[row] ** 2
+        variance += (HELD_JERK * age_s**2) ** 2 + imus.rate_stddev[row] ** 2
         yield Group(H=H, residual=rate - state.pose.rates[link], noise=variance * np.eye(3))
 
 
@@ -210,7 +208,7 @@ def has_other_source(
     """Whether another camera sends frames, or an IMU is on the joint's link."""
     others = np.delete(state.silent_s, sensor)
     link = np.flatnonzero(np.any(constants.body.offsets[joint] != 0.0, axis=1))[-1]
-    return bool(np.any(others < 0.15) or state.has_reading[link])
+    return bool(np.any(others < 0.15) or state.has_imu[link])
 
 
 def joint_variance(

@@ -6,10 +6,11 @@ observable over an hour, not over a minute. Older measurements have smaller weig
 changes with temperature.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.api import Clock
 from pose_core.stamps import NS_PER_S
@@ -28,6 +29,32 @@ class MeasuredOffset:
     offset_s: float  # [s] by which the clock was ahead
     noise_s: float  # [s] standard deviation between windows
     stddev_s: float  # [s] total, including errors common to all windows
+
+
+def measure_outwards(
+    starts: NDArray[np.floating],
+    middle: float,
+    known: float,
+    measure: Callable[[float, float], MeasuredOffset | None],
+) -> list[MeasuredOffset]:
+    """Offsets in windows, each searched near the one before it: an offset drifts.
+
+    Args:
+        starts: Starts of the windows, ascending [s].
+        middle: The start from which on the known offset is followed; the earlier ones backwards.
+        known: The offset there [s].
+        measure: Measures the offset in the window that starts at the first argument [s], near the
+            second [s]; None if the motion is too small.
+    """
+    measured = []
+    for direction in (starts[starts >= middle], starts[starts < middle][::-1]):
+        near = known
+        for start in direction:
+            one = measure(float(start), near)
+            if one is not None:
+                measured.append(one)
+                near = one.offset_s
+    return sorted(measured, key=lambda one: one.at_s)
 
 
 def clock_from(measured: Sequence[MeasuredOffset], begin_ns: int, systematic_s: float) -> Clock:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from
+from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
 from pose_calibration.clocks.joint_delays import LAG_SPREAD_S, Delay, estimate_delay
 from pose_calibration.clocks.motion_track import Track, track_of, without_slow
 from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform_robustly
@@ -227,16 +227,12 @@ def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[Measur
     every = (last - first) / count
     width = every if count < MOST_WINDOWS else WINDOW_S
     starts = first + every * np.arange(count)
-    later, earlier = starts[starts >= begin_s], starts[starts < begin_s][::-1]
-    measured = []
-    for direction in (later, earlier):
-        known = offset
-        for start in direction:
-            one = measure_window(a.between(start, start + width), b, known)
-            if one is not None:
-                measured.append(one)
-                known = one.offset_s
-    return sorted(measured, key=lambda one: one.at_s)
+    return measure_outwards(
+        starts,
+        begin_s,
+        offset,
+        lambda start, near: measure_window(a.between(start, start + width), b, near),
+    )
 
 
 def measure_window(a: Track, b: Track, offset: float) -> MeasuredOffset | None:

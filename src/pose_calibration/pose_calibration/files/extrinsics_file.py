@@ -20,7 +20,8 @@
     body: {...}  # the person's measures, see body_section
     imus: {...}  # sensor-to-segment alignments, see :mod:`pose_calibration.imus.section`
 
-``residuals`` and the map's ``source`` are for information: a file written by hand may omit them.
+``residuals``, ``view_offsets`` and the map's ``source`` are for information: a file written by
+hand may omit them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -112,7 +113,7 @@ def _sections_of(path: Path) -> dict[str, Any]:
 
 
 def load_extrinsics(path: Path) -> Extrinsics:
-    """Read a calibration; residuals and the floor's report are not read back.
+    """Read a calibration; residuals, the floor's report and offsets are not read back.
 
     Raises:
         InputError: If the file is missing or not such a file.
@@ -129,19 +130,14 @@ def load_extrinsics(path: Path) -> Extrinsics:
             "are relative to it: remove one"
         )
     T_reference_sensor = {reference: np.eye(4)}
-    view_offsets = {}
     for name in sensors:
         entry = _mapping(path, sensors, name)
         T_reference_sensor[str(name)] = _transform(path, name, entry)
-    offsets = document.get("view_offsets")
-    if offsets is not None:
-        view_offsets = _view_offsets(path, _mapping(path, document, "view_offsets"))
     return Extrinsics(
         reference=reference,
         T_reference_sensor=T_reference_sensor,
         T_map_reference=_transform(path, "map", _mapping(path, document, "map")),
         clocks=read_clocks(path, document, tuple(T_reference_sensor)),
-        view_offsets=view_offsets,
         body=read_body(path, document.get("body")),
     )
 
@@ -232,27 +228,6 @@ def _board(board: BoardResiduals) -> dict[str, Any]:
         "rotation_stddev_deg": rounded(np.degrees(board.rotation_stddev), 4),
         "position_stddev": rounded(board.position_stddev, 5),
     }
-
-
-def _view_offsets(path: Path, section: Mapping[Any, Any]) -> dict[str, FloatArray]:
-    offsets = {}
-    for name in section:
-        joints = _mapping(path, section, name)
-        strange = sorted(str(joint) for joint in set(joints) - set(JOINTS))
-        if strange:
-            raise InputError(
-                f"{path}: view_offsets of '{name}' name {', '.join(strange)}, expected joints: "
-                f"{', '.join(JOINTS)}"
-            )
-        offsets[str(name)] = np.array(
-            [
-                read_vector(f"{path}: view_offsets/{name}/{joint}", joints[joint], 3)
-                if joint in joints
-                else [0.0] * 3
-                for joint in JOINTS
-            ]
-        )
-    return offsets
 
 
 def _mapping(path: Path, parent: Mapping[Any, Any], key: Any) -> Mapping[Any, Any]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pose_core.api import FloatArray, joint_angles
 from pose_core.body.trunk import PAIRS, mid_hip, standing_heading
-from pose_core.finite_numbers import nan_mean, nan_median
+from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean, nan_median
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_core.stamps import NS_PER_S
 
@@ -150,4 +150,4 @@ def _placed(joints: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _nan_spread(views: FloatArray, center: FloatArray) -> FloatArray:
     """Standard deviation from the median distance to a centre."""
-    return np.asarray(1.4826 * nan_median(np.abs(views - center)))
+    return np.asarray(MAD_TO_STDDEV * nan_median(np.abs(views - center)))

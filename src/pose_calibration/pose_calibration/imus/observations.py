@@ -22,7 +22,7 @@ from pose_core.api import (
 from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
 from pose_core.finite_numbers import nan_mean
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck
-from pose_core.imu.imu_history import ImuHistory, ImuStates
+from pose_core.imu.imu_history import ImuHistory, ImuMeasurements
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 
@@ -40,7 +40,7 @@ class Instant:
 
     stamp_ns: int
     views: FloatArray  # (sensors, 15, 3) [m] in map; NaN where not tracked
-    readings: ImuStates
+    imus: ImuMeasurements
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,8 +130,8 @@ class ObservationRecorder:
         if abs(stamp_ns - self._kept_ns) < PERIOD_NS:
             return
         self._kept_ns = stamp_ns
-        readings = self._tracks.at(stamp_ns - self._delay_ns)
-        instant = Instant(stamp_ns=stamp_ns, views=self._views.copy(), readings=readings)
+        imus = self._tracks.at(stamp_ns - self._delay_ns)
+        instant = Instant(stamp_ns=stamp_ns, views=self._views.copy(), imus=imus)
         if self.stand is not None:
             self._moving.append(instant)
             return
@@ -158,7 +158,7 @@ class ObservationRecorder:
         rates = [
             rate
             for instant in self._standing
-            for rate in np.linalg.norm(instant.readings.angular_velocity, axis=1)
+            for rate in np.linalg.norm(instant.imus.angular_velocity, axis=1)
         ]
         return bool(rates) and float(np.percentile(rates, 90.0)) < STILL_RATE
 
@@ -186,9 +186,9 @@ class ObservationRecorder:
         joints = np.full((count, len(JOINTS), 3), np.nan)
         for k, instant in enumerate(instants):
             for i, segment in enumerate(segments):
-                if segment in instant.readings:
-                    R_world_sensor[k, i] = instant.readings[segment].R_world_sensor
-                    rate[k, i] = np.linalg.norm(instant.readings[segment].angular_velocity)
+                if segment in instant.imus:
+                    R_world_sensor[k, i] = instant.imus[segment].R_world_sensor
+                    rate[k, i] = np.linalg.norm(instant.imus[segment].angular_velocity)
             R_map_heading[k] = heading_axes(nan_mean(instant.views))
             # Each tracker's bias of the joints is estimated in the N-pose.
             joints[k] = nan_mean(instant.views - self.stand.offsets @ R_map_heading[k].T)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from
+from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
 from pose_calibration.clocks.motion_track import Track, track_of
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
@@ -22,9 +22,9 @@ from pose_calibration.inertial.imu_motion import (
     measure_imu_delay,
 )
 from pose_core.api import Clock, Clocks, Extrinsics, SkeletonSample, on_reference_clock
+from pose_core.filter.tracker_errors import LONGEST_DELAY_S, SHORTEST_DELAY_S
 
 TRACKER_DELAY_S = 0.04  # [s] typical delay of trackers' joints behind their stamps
-TRACKER_DELAYS_S = (-0.02, 0.15)  # [s] range that the fusion estimates (pose_core.filter)
 SEARCHED_S = 60.0  # [s] used of a longer recording: a drift blurs the minimum
 WINDOW_S = 30.0  # [s] in which a delay is measured, to find the drift
 MOST_WINDOWS = 20  # [-]
@@ -43,8 +43,7 @@ class ImuFindings:
 
 def is_clocks(offset_s: float) -> bool:
     """Whether an offset of the IMUs' clock [s] is outside the range of trackers' delays."""
-    shortest, longest = TRACKER_DELAYS_S
-    return not shortest <= TRACKER_DELAY_S - offset_s <= longest
+    return not SHORTEST_DELAY_S <= TRACKER_DELAY_S - offset_s <= LONGEST_DELAY_S
 
 
 def imu_findings(
@@ -123,16 +122,12 @@ def _over_time(
     every = max(WINDOW_S, (last - first) / MOST_WINDOWS)
     count = max(1, round((last - first) / every))
     starts = first + (last - first) / count * np.arange(count)
-    middle = _middle(views)
-    measured = []
-    for direction in (starts[starts >= middle - every], starts[starts < middle - every][::-1]):
-        known = delay_s
-        for start in direction:
-            one = measure_imu_window(_cut(views, start, max(WINDOW_S, every)), verticals, known)
-            if one is not None:
-                measured.append(one)
-                known = one.offset_s - TRACKER_DELAY_S
-    return sorted(measured, key=lambda one: one.at_s)
+
+    def measure(start: float, near: float) -> MeasuredOffset | None:
+        window = _cut(views, start, max(WINDOW_S, every))
+        return measure_imu_window(window, verticals, near - TRACKER_DELAY_S)
+
+    return measure_outwards(starts, _middle(views) - every, delay_s + TRACKER_DELAY_S, measure)
 
 
 def _middle(views: Sequence[View]) -> float:

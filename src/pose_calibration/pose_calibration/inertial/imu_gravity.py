@@ -23,13 +23,13 @@ from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_motion import ImuVertical, View
 from pose_calibration.rigid_transform import TUKEY
 from pose_core.api import FloatArray
+from pose_core.finite_numbers import MAD_TO_STDDEV
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
 BODY_IMUS = "upright body and body-worn IMUs"
 RATE = 10.0  # [Hz] of the instants used
 LEAST_SAMPLES = 50  # [-] of a limb
 ITERATIONS = 15
-SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
 FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own inclination, a lower bound
 LIMB_STDDEV = 0.05  # [-] of a limb's constant bias: 1.5 cm of 30 cm
 LIMB_SLOPE_STDDEV = 0.08  # [-] of the part that changes with its direction: 1.7 cm at either end
@@ -161,7 +161,7 @@ def _normal_equations(
         axis = state.axes[index]
         predicted = limb.bone @ (state.up + state.slopes[segment]) + state.biases[index]
         off = predicted - limb.vertical @ axis
-        scale = max(SCATTER * float(np.median(np.abs(off))), 0.01)
+        scale = max(MAD_TO_STDDEV * float(np.median(np.abs(off))), 0.01)
         weight = np.clip(1.0 - (off / (TUKEY * scale)) ** 2, 0.0, None) ** 2
         weight /= (OPTIMISM * scale) ** 2 * CORRELATION_S * RATE
         own = -limb.vertical @ _tangents(axis)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
-from pose_core.finite_numbers import nan_median
+from pose_core.finite_numbers import MAD_TO_STDDEV, nan_median
 from pose_core.stamps import NS_PER_S
 
 BLOCK_NS = NS_PER_S
@@ -26,7 +26,6 @@ NEWEST_BLOCKS = 4  # [-] that must agree
 LEAST_SHARE = 0.5  # [-] of their mean step, required of every one
 MOVED_M = 0.012  # [m] smallest mean step that is reported: 2 cm, less its noise
 DEVIATIONS = 6.0  # [-] smallest step in standard deviations of earlier means
-SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
 WRONG_M = 0.08  # [m] displacement of a whole baseline: the calibration was wrong from the start
 
 
@@ -137,6 +136,6 @@ def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
     """
     rows = np.lib.stride_tricks.sliding_window_view(blocks, NEWEST_BLOCKS, axis=0).mean(axis=-1)
     of_means, of_blocks = (
-        SCATTER * nan_median(np.abs(some - baseline)).max(axis=1) for some in (rows, blocks)
+        MAD_TO_STDDEV * nan_median(np.abs(some - baseline)).max(axis=1) for some in (rows, blocks)
     )
     return np.fmax(of_means, of_blocks / np.sqrt(NEWEST_BLOCKS))

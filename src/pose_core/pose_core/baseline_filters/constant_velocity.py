@@ -11,6 +11,8 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 
+FRAME_PERIOD_S = 1.0 / 30.0  # over which standard deviations of white accelerations are defined
+
 
 class ConstantVelocityFilter:
     """n independent channels.

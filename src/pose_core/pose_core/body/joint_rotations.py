@@ -6,10 +6,8 @@ The inverse of the chain of :mod:`pose_core.body.kinematics`, link by link.
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.body.model import Link
+from pose_core.body.model import ROOT_DOF, Link
 from pose_core.kernels import joint_angle_extraction
-
-FULL_TURN = joint_angle_extraction.FULL_TURN
 
 
 def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> FloatArray:
@@ -45,4 +43,18 @@ def continuous_vector(vector: FloatArray, previous: FloatArray) -> FloatArray:
     joint_angle_extraction.continuous_vector(
         np.array(vector, float), np.array(previous, float), result
     )
+    return result
+
+
+def continuous_dof(dof: FloatArray, previous: FloatArray) -> FloatArray:
+    """The same pose with the root's rotation vector and the angles nearest to the previous ones.
+
+    Args:
+        dof: The degrees of freedom, shape (d,), the root's first.
+        previous: Those of the previous instant.
+    """
+    result = dof.copy()
+    result[3:ROOT_DOF] = continuous_vector(dof[3:ROOT_DOF], previous[3:ROOT_DOF])
+    full_turn = joint_angle_extraction.FULL_TURN
+    result[ROOT_DOF:] += full_turn * np.round((previous - dof)[ROOT_DOF:] / full_turn)
     return result

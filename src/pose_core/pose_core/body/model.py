@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES
+from pose_core.kernels.forward_kinematics import ROOT_DOF as ROOT_DOF
 from pose_core.plain_yaml import parse_yaml
 
-ROOT_DOF = 6  # position [m], then rotation vector [rad]
 DOF_COUNTS = {
     "pelvis": (0,),
     "trunk": (0, 3),

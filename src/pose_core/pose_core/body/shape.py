@@ -15,12 +15,12 @@ from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
+from pose_core.finite_numbers import MAD_TO_STDDEV
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_core.plain_yaml import dump_yaml, read_yaml
 from pose_core.private_file import write_private
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
-MAD_TO_STDDEV = 1.4826  # of a Gaussian
 SMALLEST_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
 MIN_SAMPLES = 10  # [-] for the outlier test
 UPRIGHT = np.radians(25.0)  # [rad] largest angle between thigh and trunk of a standing person

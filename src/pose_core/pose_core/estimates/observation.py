@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.body.shape import BodyShape
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,4 +20,12 @@ class Observation:
     positions: FloatArray  # (sensors, 15, 3) [m]; NaN where not measured
     tracking_state: NDArray[np.uint8]  # (sensors, 15), values of TrackingState
     cameras: FloatArray  # (sensors, 3) [m] positions of the sensors; NaN if unknown
-    readings: ImuStates  # of all IMUs, each in its own reference frame
+    imus: ImuMeasurements  # of all IMUs, each in its own reference frame
+
+
+def mean_of_sensors(measured: FloatArray) -> FloatArray:
+    """Mean over the sensors that measure a joint, (sensors, 15, 3) to (15, 3) [m]; NaN if none."""
+    seen = np.isfinite(measured)
+    count = seen.sum(axis=0)
+    total = np.where(seen, measured, 0.0).sum(axis=0)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)

@@ -9,21 +9,20 @@ from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape, with_shorter_arms
 from pose_core.counters import Counters
-from pose_core.estimates.observation import Observation
+from pose_core.estimates.observation import Observation, mean_of_sensors
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.kinect_tracker import mean_of_sensors
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.facing_check import FacingCheck
-from pose_core.filter.imu import NO_IMUS, ImuReadings
+from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.tracker_errors import LONGEST_GAP_S
 from pose_core.filter.tuning import FilterTuning
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
@@ -132,14 +131,14 @@ class DefaultEstimator(StepwiseEstimator):
         update_mean_nis(self._nis, max(min(ahead_s, 1.0), 0.0), result.mean_nis)
         return information
 
-    def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
+    def predicted(self, stamp_ns: int, imus: ImuMeasurements) -> TimedPose | None:
         """Predict the state to an instant; links with an aligned IMU follow its samples."""
         ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
         state = self._filter.state
         if state is None or not -LARGEST_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
         ahead_s = max(ahead_s, 0.0)
-        aligned = self._alignments.readings(readings)
+        aligned = self._alignments.frame(imus)
         information = self._no_information()
         if state.silent_s.min() + ahead_s < SILENT_S:
             information[0] = self._information[0]
@@ -170,7 +169,7 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _has_imus(self, observation: Observation) -> bool:
         """Whether there are samples of IMUs and at least one IMU is aligned."""
-        return len(observation.readings) > 0 and any(use.is_aligned for use in self.imu_uses)
+        return len(observation.imus) > 0 and any(use.is_aligned for use in self.imu_uses)
 
     def _start(self, observation: Observation) -> bool:
         """Initialise the filter from the mean of the cameras; False if the trunk is not visible."""
@@ -189,10 +188,10 @@ class DefaultEstimator(StepwiseEstimator):
     ) -> StepResult | None:
         """Update the state with all measurements of an observation; None if this failed."""
         assert self._filter.state is not None
-        imus, is_late = observation.readings, late_s > 0.0
+        imus, is_late = observation.imus, late_s > 0.0
         self._alignments.register(observation.stamp_ns, imus, self._filter.state)
         if not is_late:
-            aligned = self._alignments.readings(imus)
+            aligned = self._alignments.frame(imus)
             if not self._filter.update_with_imus(aligned, information[1]):
                 self.counters.add("filter_restarts_numerical")
                 return None
@@ -258,8 +257,8 @@ class DefaultEstimator(StepwiseEstimator):
         state: FilterState,
         information: FloatArray,
         ahead_s: float = 0.0,
-        readings: ImuReadings = NO_IMUS,
+        imus: ImuFrame = NO_IMUS,
     ) -> PublishedState:
-        """The published part of a state advanced by ``ahead_s`` [s], to the readings' instant."""
+        """The published part of a state advanced by ``ahead_s`` [s], to the IMUs' instant."""
         scale = variance_scale(self._nis)
-        return self._filter.published(state, information, scale, ahead_s, readings)
+        return self._filter.published(state, information, scale, ahead_s, imus)

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.baseline_filters.constant_velocity import ConstantVelocityFilter
+from pose_core.baseline_filters.constant_velocity import FRAME_PERIOD_S, ConstantVelocityFilter
 from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
-from pose_core.body.joint_rotations import FULL_TURN, continuous_vector
+from pose_core.body.joint_rotations import continuous_dof
 from pose_core.body.kinematics import ForwardKinematics
-from pose_core.body.model import ROOT_DOF
 from pose_core.body.trunk import trunk_axes
 from pose_core.estimates.body_estimates import Source
 from pose_core.estimates.observation import Observation
@@ -24,7 +23,6 @@ ROOT_ACCELERATION = 10.0  # [m/s²] white, over a frame
 ANGULAR_ACCELERATION = 80.0  # [rad/s²] likewise
 ROOT_STDDEV = 0.02  # [m] of a sensor's root position
 ANGLE_STDDEV = 0.1  # [rad] of an angle that a sensor's positions give
-FRAME_PERIOD_S = 1.0 / 30.0
 
 
 class DofKalmanFilter(StepwiseEstimator):
@@ -74,10 +72,8 @@ class DofKalmanFilter(StepwiseEstimator):
         if not np.all(np.isfinite(axes)):
             return np.full(self.model.size, np.nan)
         dof = dof_from_positions(self.model, positions)
-        dof[3:6] = continuous_vector(vector_from_rotation(axes), previous[3:6])
-        turns = np.round((previous - dof)[ROOT_DOF:] / FULL_TURN)
-        dof[ROOT_DOF:] += FULL_TURN * turns
-        return dof
+        dof[3:6] = vector_from_rotation(axes)
+        return continuous_dof(dof, previous)
 
     def _describe(self, is_seen: bool, tracking_state: NDArray[np.uint8]) -> FusedPose:
         assert self._filter is not None

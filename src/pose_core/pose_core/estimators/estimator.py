@@ -11,7 +11,7 @@ from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import EstimatedPose, TimedPose
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.uncertainty import LIVE, VarianceCalibrations
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 
@@ -85,14 +85,14 @@ class Estimator(ABC):
         """Use sensor-to-segment rotations of a calibration; ignored by most estimators."""
         del alignments
 
-    def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
+    def predicted(self, stamp_ns: int, imus: ImuMeasurements) -> TimedPose | None:
         """Predict the pose to a later instant without changing the estimator; None if unknown.
 
         Args:
             stamp_ns: The instant [ns].
-            readings: Samples of the IMUs at that instant, extrapolated by their gyroscopes.
+            imus: Samples of the IMUs at that instant, extrapolated by their gyroscopes.
         """
-        del stamp_ns, readings
+        del stamp_ns, imus
         return None
 
     def flush(self) -> list[TimedPose]:

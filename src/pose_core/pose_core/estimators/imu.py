@@ -5,7 +5,7 @@ from typing import ClassVar
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.default import DefaultEstimator
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.kernels.published_state import PublishedState
 from pose_core.stamps import NS_PER_S
 
@@ -30,9 +30,9 @@ class ImuEstimator(DefaultEstimator):
         state = super().update(observation)
         return state if self._has_aligned else None
 
-    def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
+    def predicted(self, stamp_ns: int, imus: ImuMeasurements) -> TimedPose | None:
         """Predict the pose to a later instant; None while the filter still uses the cameras."""
-        return super().predicted(stamp_ns, readings) if self._has_aligned else None
+        return super().predicted(stamp_ns, imus) if self._has_aligned else None
 
     @property
     def _has_aligned(self) -> bool:

@@ -8,11 +8,10 @@ References:
 
 import numpy as np
 
-from pose_core.baseline_filters.constant_velocity import ConstantVelocityFilter
-from pose_core.estimates.observation import Observation
+from pose_core.baseline_filters.constant_velocity import FRAME_PERIOD_S, ConstantVelocityFilter
+from pose_core.estimates.observation import Observation, mean_of_sensors
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.kinect_tracker import mean_of_sensors
 from pose_core.estimators.pose_of_joints import PoseOfJoints
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
@@ -20,7 +19,6 @@ from pose_core.stamps import NS_PER_S
 ACCELERATION = 25.0  # [m/s²] white, over a frame; tuned on the motions for tuning
 MEASUREMENT_STDDEV = 0.02  # [m] of a tracked joint
 INFERRED_FACTOR = 3.0  # [-] of the standard deviation of an inferred joint
-FRAME_PERIOD_S = 1.0 / 30.0
 
 
 class JointKalmanFilter(StepwiseEstimator):

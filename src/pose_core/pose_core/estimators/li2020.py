@@ -1,4 +1,4 @@
-"""``li2020``: the filter of the paper, which uses only cameras."""
+"""``li2020``: the filter of the paper, which uses only cameras; restarted when it is lost."""
 
 from importlib.util import find_spec
 
@@ -7,24 +7,33 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
+from pose_core.baseline_filters.li2020 import Li2020Filter
 from pose_core.body.joint_rotations import continuous_vector
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
 from pose_core.estimates.body_estimates import Source
-from pose_core.estimates.observation import Observation
+from pose_core.estimates.observation import Observation, mean_of_sensors
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.kinect_tracker import COUNTERS, KinectTracker
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.stamps import NS_PER_S
+
+DIVERGED_NS = NS_PER_S // 2
 
 
 class Li2020Estimator(StepwiseEstimator):
     """The unscented Kalman filter over the degrees of freedom of the kinematic tree."""
 
-    COUNTERS = COUNTERS
+    COUNTERS = (
+        "frames_without_trunk",
+        "filter_starts",
+        "filter_restarts_gap",
+        "filter_restarts_strayed",
+        "filter_restarts_numerical",
+    )
 
     def __init__(
         self,
@@ -34,7 +43,9 @@ class Li2020Estimator(StepwiseEstimator):
         counters: Counters,
     ) -> None:
         super().__init__(model, shape, parameters, counters)
-        self._tracker = KinectTracker(model, shape, parameters, counters)
+        self._filter = Li2020Filter(model, shape, parameters)
+        self._last_ns: int | None = None
+        self._diverged_since_ns: int | None = None
         self._root_vector: FloatArray | None = None
 
     @classmethod
@@ -49,12 +60,61 @@ class Li2020Estimator(StepwiseEstimator):
 
     def update(self, observation: Observation) -> FusedPose | None:
         """Run one filter step."""
-        starts = self.counters["filter_starts"]
-        if not self._tracker.update(observation.stamp_ns, observation.positions):
+        if not self._track(observation.stamp_ns, observation.positions):
             return None
-        if self.counters["filter_starts"] > starts:
-            self._root_vector = None
         return self._pose(observation.tracking_state.max(axis=0))
+
+    def _track(self, stamp_ns: int, measured: FloatArray) -> bool:
+        """Update the filter with the measurements of one instant.
+
+        Args:
+            stamp_ns: The instant.
+            measured: Joints of each sensor in map, shape (sensors, 15, 3) [m]; NaN if unseen.
+
+        Returns:
+            Whether the filter has a pose.
+        """
+        if self._last_ns is not None:
+            dt_ns = stamp_ns - self._last_ns
+            if not 0 < dt_ns <= self.parameters.restart_after * NS_PER_S:
+                self.counters.add("filter_restarts_gap")
+                self._forget()
+        if self._last_ns is None:
+            return self._start(stamp_ns, measured)
+        try:
+            innovation = self._filter.step((stamp_ns - self._last_ns) / NS_PER_S, measured)
+        except np.linalg.LinAlgError:
+            self.counters.add("filter_restarts_numerical")
+            return self._start(stamp_ns, measured)
+        self._last_ns = stamp_ns
+        if self._has_diverged(stamp_ns, innovation):
+            self.counters.add("filter_restarts_strayed")
+            return self._start(stamp_ns, measured)
+        return True
+
+    def _start(self, stamp_ns: int, measured: FloatArray) -> bool:
+        self._forget()
+        self._root_vector = None
+        if not self._filter.start(mean_of_sensors(measured)):
+            self.counters.add("frames_without_trunk")
+            return False
+        self.counters.add("filter_starts")
+        self._last_ns = stamp_ns
+        return True
+
+    def _has_diverged(self, stamp_ns: int, innovation: FloatArray) -> bool:
+        """Whether the filter has lost the person for too long."""
+        seen = innovation[np.isfinite(innovation)]
+        if len(seen) == 0 or np.median(seen) < self.parameters.restart_distance:
+            self._diverged_since_ns = None
+            return False
+        if self._diverged_since_ns is None:
+            self._diverged_since_ns = stamp_ns
+        return stamp_ns - self._diverged_since_ns >= DIVERGED_NS
+
+    def _forget(self) -> None:
+        self._last_ns = None
+        self._diverged_since_ns = None
 
     def _pose(self, tracking_state: NDArray[np.uint8]) -> FusedPose:
         """The filter's state as a pose.
@@ -62,7 +122,7 @@ class Li2020Estimator(StepwiseEstimator):
         Args:
             tracking_state: Best state of each joint over the sensors, shape (15,).
         """
-        model, filtered = self.model, self._tracker.filter
+        model, filtered = self.model, self._filter
         placed = filtered.kinematics.pose(filtered.dof)
         position = filtered.dof.copy()
         position[3:6] = Rotation.from_matrix(placed.rotations[0]).as_rotvec()

@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
-from pose_core.body.joint_rotations import FULL_TURN, continuous_vector
+from pose_core.body.joint_rotations import continuous_dof
 from pose_core.body.kinematics import ForwardKinematics
-from pose_core.body.model import ROOT_DOF, BodyModel
+from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
 from pose_core.estimates.body_estimates import Source
@@ -56,9 +56,7 @@ class PoseOfJoints:
         position[3:6] = vector_from_rotation(trunk_axes(known))
         velocity = np.zeros(self._model.size)
         if self._position is not None:
-            position[3:6] = continuous_vector(position[3:6], self._position[3:6])
-            turns = np.round((self._position - position)[ROOT_DOF:] / FULL_TURN)
-            position[ROOT_DOF:] += FULL_TURN * turns
+            position = continuous_dof(position, self._position)
             step_s = (stamp_ns - self._stamp_ns) / NS_PER_S
             if 0.0 < step_s <= LONGEST_STEP_S:
                 velocity = (position - self._position) / step_s

@@ -8,10 +8,9 @@ from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
-from pose_core.estimates.observation import Observation
+from pose_core.estimates.observation import Observation, mean_of_sensors
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.kinect_tracker import mean_of_sensors
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.pose_of_joints import PoseOfJoints
 

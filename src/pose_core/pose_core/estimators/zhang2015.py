@@ -6,7 +6,7 @@ measure, comes from the IMU. While a joint of the limb is inferred or not tracke
 (0, 1); they change back immediately. Nothing is filtered.
 
 The paper does not say how the attitude of an IMU is converted to that of its limb; here the
-sensor-to-segment alignment of :mod:`pose_core.imu.aligned_readings` is used. The mean of two
+sensor-to-segment alignment of :mod:`pose_core.imu.attitude_aligner` is used. The mean of two
 attitudes is taken along the shortest rotation between them instead of angle by angle, which avoids
 singularities. For the paper's attitudes the IMU bridge runs Madgwick's filter
 (``filter: madgwick``).
@@ -30,7 +30,7 @@ from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.pose_of_joints import LONGEST_STEP_S, PoseOfJoints
-from pose_core.imu.aligned_readings import AlignedReadings
+from pose_core.imu.attitude_aligner import AttitudeAligner
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.weighting import Weights, fuse_limb, fuse_trunk, minimum_variance_weights
@@ -56,7 +56,7 @@ class Zhang2015Estimator(StepwiseEstimator):
         super().__init__(model, shape, parameters, counters)
         self._raw = PoseOfJoints(model, shape)
         self._kinematics = ForwardKinematics(model, shape.offsets)
-        self._imus = AlignedReadings(model)
+        self._imus = AttitudeAligner(model)
         self._previous: tuple[int, FusedPose] | None = None
 
     @property
@@ -77,26 +77,26 @@ class Zhang2015Estimator(StepwiseEstimator):
         )
         if pose is None:
             return None
-        self._imus.observe(observation.stamp_ns, observation.readings, pose.rotations)
-        readings = {
-            self.model.segments[segment]: reading
-            for segment, reading in self._imus.read(observation.readings).items()
+        self._imus.observe(observation.stamp_ns, observation.imus, pose.rotations)
+        attitudes = {
+            self.model.segments[segment]: attitude
+            for segment, attitude in self._imus.attitudes(observation.imus).items()
             if segment in self.model.segments
         }
-        if readings:
-            self._fuse(pose, observation, readings)
+        if attitudes:
+            self._fuse(pose, observation, attitudes)
         self._previous = observation.stamp_ns, pose
         return pose
 
     def _fuse(
-        self, pose: FusedPose, observation: Observation, readings: Mapping[str, FloatArray]
+        self, pose: FusedPose, observation: Observation, attitudes: Mapping[str, FloatArray]
     ) -> None:
         """Replace the rotations of links that carry an IMU, and recompute all angles."""
         tracked = observation.tracking_state[0] == TrackingState.TRACKED
         weights: dict[str, Weights] = {}
         for index, link in enumerate(self.model.links.values()):
-            reading = readings.get(link.name)
-            if reading is None:
+            attitude = attitudes.get(link.name)
+            if attitude is None:
                 continue
             ends = [JOINT_INDEX[joint] for joint in self.model.ends(link.name)]
             weights[link.name] = weight = minimum_variance_weights(
@@ -105,7 +105,7 @@ class Zhang2015Estimator(StepwiseEstimator):
                 is_tracked=bool(tracked[ends].all()),
             )
             mean = fuse_trunk if link.parent is None else fuse_limb
-            pose.rotations[index] = mean(pose.rotations[index], reading, weight.imu)
+            pose.rotations[index] = mean(pose.rotations[index], attitude, weight.imu)
         before = pose.position if self._previous is None else self._previous[1].position
         pose.position[3:6] = continuous_vector(vector_from_rotation(pose.rotations[0]), before[3:6])
         for index, link in enumerate(self.model.links.values()):

@@ -147,7 +147,7 @@ def has_other_source(body: BodyArrays, state: FilterState, sensor: int, joint: i
         if other != sensor and state.silent_s[other] < CAMERA_TIMEOUT_S:
             return True
     link = body.carriers[joint, body.carrier_count[joint] - 1]
-    return bool(state.has_reading[link])
+    return bool(state.has_imu[link])
 
 
 @compiled_in_place

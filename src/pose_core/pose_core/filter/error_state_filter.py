@@ -11,7 +11,7 @@ from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import make_constants
-from pose_core.filter.imu import NO_IMUS, ImuReadings
+from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.published import predict_published
@@ -53,7 +53,7 @@ class ErrorStateFilter:
         self.delays_s = np.full(sensors, self._constants.tracker_errors.known_delay_s)
         """Estimated delay of each camera's tracker, (sensors,) [s]; a new start keeps it."""
         self._delay_sums = np.zeros((sensors, 2))
-        self._readings = NO_IMUS  # at the state's instant
+        self._imus = NO_IMUS  # at the state's instant
         self._predict = type_specialised(predict)
         self._update_with_imus = type_specialised(update_with_imus)
         self._update_with_frame = type_specialised(update_with_frame)
@@ -76,7 +76,7 @@ class ErrorStateFilter:
             kinematics.pose(dof).rotations,
         )
         self.state = state._replace(delay=self.delays_s, delay_sums=self._delay_sums)
-        self._readings = NO_IMUS
+        self._imus = NO_IMUS
         return True
 
     def predict(self, dt_s: float) -> None:
@@ -84,14 +84,14 @@ class ErrorStateFilter:
         assert self.state is not None
         self._predict(self._constants.motion, self.state, dt_s)
 
-    def update_with_imus(self, readings: ImuReadings, information: FloatArray) -> bool:
+    def update_with_imus(self, imus: ImuFrame, information: FloatArray) -> bool:
         """Update with aligned IMUs' samples at the state's instant; whether this succeeded.
 
         See :func:`pose_core.filter.step.update_with_imus`.
         """
         assert self.state is not None
-        self._readings = readings
-        if not self._update_with_imus(self._constants, self.state, readings, information):
+        self._imus = imus
+        if not self._update_with_imus(self._constants, self.state, imus, information):
             self.state = None
         return self.state is not None
 
@@ -123,7 +123,7 @@ class ErrorStateFilter:
         information: FloatArray,
         scale: float,
         ahead_s: float = 0.0,
-        readings: ImuReadings = NO_IMUS,
+        imus: ImuFrame = NO_IMUS,
     ) -> PublishedState:
         """The published part of a state, at its instant or at a later one.
 
@@ -132,7 +132,7 @@ class ErrorStateFilter:
             information: Of the last updates, (2, links, 3, 3) [1/rad²]: by cameras, by IMUs.
             scale: Factor of the variances [-].
             ahead_s: Time since the state's instant [s].
-            readings: Samples of the aligned IMUs at the later instant.
+            imus: Samples of the aligned IMUs at the later instant.
         """
         links = self.layout.links
         published = PublishedState(
@@ -150,8 +150,8 @@ class ErrorStateFilter:
             self._constants,
             state,
             ahead_s,
-            self._readings,
-            readings,
+            self._imus,
+            imus,
             self._tree.parents,
             published,
         )

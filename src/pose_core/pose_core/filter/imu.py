@@ -39,7 +39,7 @@ class ImuConstants(NamedTuple):
     rate_stddev: float  # [rad/s]
 
 
-class ImuReadings(NamedTuple):
+class ImuFrame(NamedTuple):
     """Samples of k aligned IMUs at one instant."""
 
     links: NDArray[np.int64]  # (k,)
@@ -49,25 +49,23 @@ class ImuReadings(NamedTuple):
     rate_stddev: FloatArray  # (k,) [rad/s] in addition to that of a gyroscope
 
 
-NO_IMUS = ImuReadings(
+NO_IMUS = ImuFrame(
     np.zeros(0, np.int64), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
 )
 
 
 @compiled
-def add_imus(
-    constants: ImuConstants, state: FilterState, readings: ImuReadings, rows: Rows
-) -> None:
+def add_imus(constants: ImuConstants, state: FilterState, imus: ImuFrame, rows: Rows) -> None:
     """Add three rows for the orientation and three for the rate of each IMU."""
     Q, residual = np.empty((3, 3)), np.empty(6)
-    for row in range(len(readings.links)):
-        link = readings.links[row]
+    for row in range(len(imus.links)):
+        link = imus.links[row]
         rotation, rate = rotation_column(link), rate_column(state.layout, link)
-        column, age_s = state.imu_column[link], readings.age_s[row]
-        speed = min(imu_residual(state, readings, row, Q, residual), MAX_SOFT_TISSUE_RATE)
+        column, age_s = state.imu_column[link], imus.age_s[row]
+        speed = min(imu_residual(state, imus, row, Q, residual), MAX_SOFT_TISSUE_RATE)
         held = HELD_JERK * age_s**3 / 3.0
         rate_variance = constants.rate_stddev**2 * (1.0 + (RATE_NOISE_GROWTH * speed) ** 2)
-        rate_variance += (HELD_JERK * age_s**2) ** 2 + readings.rate_stddev[row] ** 2
+        rate_variance += (HELD_JERK * age_s**2) ** 2 + imus.rate_stddev[row] ** 2
         orientation = add_group(rows, 3, constants.student_dof, link)
         first = rows.first[orientation]
         gyroscope = add_group(rows, 3, NORMAL, link)
@@ -90,13 +88,13 @@ def add_imus(
 
 @compiled
 def imu_residual(
-    state: FilterState, readings: ImuReadings, row: int, Q: FloatArray, out: FloatArray
+    state: FilterState, imus: ImuFrame, row: int, Q: FloatArray, out: FloatArray
 ) -> float:
     """Measured minus predicted orientation and rate of one IMU.
 
     Args:
         state: The state.
-        readings: Samples of all IMUs.
+        imus: Samples of all IMUs.
         row: Index of the IMU.
         Q: Filled, (3, 3): the link's rotation as measured by the IMU.
         out: Filled, (6,): rotation vector [rad] and rate [rad/s], in map.
@@ -104,14 +102,14 @@ def imu_residual(
     Returns:
         Magnitude of the measured rate [rad/s].
     """
-    link = readings.links[row]
+    link = imus.links[row]
     R_z, R_map_sensor, apart = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     exponential(0.0, 0.0, state.heading[link], R_z)
-    product(R_z, readings.R_world_sensor[row], R_map_sensor)
+    product(R_z, imus.R_world_sensor[row], R_map_sensor)
     product(R_map_sensor, state.R_sensor_link[link], Q)
     product_transposed(Q, state.pose.rotations[link], apart)
     logarithm(apart, out[:3])
-    rate = np.dot(R_map_sensor, readings.angular_velocity[row])
+    rate = np.dot(R_map_sensor, imus.angular_velocity[row])
     for axis in range(3):
         out[3 + axis] = rate[axis] - state.pose.rates[link, axis]
     return float(np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2))

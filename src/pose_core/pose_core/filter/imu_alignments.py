@@ -7,12 +7,12 @@ import numpy as np
 
 from pose_core.body.model import BodyModel
 from pose_core.estimates.observation import Observation
-from pose_core.filter.imu import NO_IMUS, ImuReadings
+from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
 from pose_core.imu.exchange_check import ExchangeCheck
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import AlignmentTuning, SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -90,21 +90,21 @@ class ImuAlignments:
                 worn.alignment.clear()
                 worn.former_alignment = None
 
-    def register(self, stamp_ns: int, states: ImuStates, state: FilterState) -> None:
+    def register(self, stamp_ns: int, imus: ImuMeasurements, state: FilterState) -> None:
         """Register measurements; an IMU that slipped or restarted is realigned.
 
         Args:
             stamp_ns: The instant [ns].
-            states: Measurements of all IMUs.
+            imus: Measurements of all IMUs.
             state: State of the filter before the update.
         """
-        for row, worn in self._worn_by(states.segments):
-            if self._has_slipped(worn, states):
-                worn.slips = states.slips[worn.use.segment]
+        for row, worn in self._worn_by(imus.segments):
+            if self._has_slipped(worn, imus):
+                worn.slips = imus.slips[worn.use.segment]
                 self._forget(worn, state)
-            worn.use.readings += 1
+            worn.use.instants += 1
             worn.use.used += worn.use.is_aligned
-            worn.knows_north = bool(states.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
+            worn.knows_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
             worn.last_ns = stamp_ns
             if gap_ns > LONGEST_GAP_NS and not worn.knows_north:
@@ -112,20 +112,20 @@ class ImuAlignments:
                     worn.former_alignment = self._alignment_of(worn, state)
                 self._set_aside(worn, state)
 
-    def readings(self, states: ImuStates) -> ImuReadings:
+    def frame(self, imus: ImuMeasurements) -> ImuFrame:
         """Measurements of the aligned IMUs for the filter."""
-        aligned = [each for each in self._worn_by(states.segments) if each[1].use.is_aligned]
-        if states.slips:
-            aligned = [each for each in aligned if not self._has_slipped(each[1], states)]
+        aligned = [each for each in self._worn_by(imus.segments) if each[1].use.is_aligned]
+        if imus.slips:
+            aligned = [each for each in aligned if not self._has_slipped(each[1], imus)]
         if not aligned:
             return NO_IMUS
         rows = np.array([row for row, _ in aligned])
-        is_replaced = [worn.use.segment in states.replaced_rates for _, worn in aligned]
-        return ImuReadings(
+        is_replaced = [worn.use.segment in imus.replaced_rates for _, worn in aligned]
+        return ImuFrame(
             np.array([worn.link for _, worn in aligned]),
-            states.R_world_sensor.take(rows, axis=0),
-            states.angular_velocity.take(rows, axis=0),
-            states.age_s.take(rows),
+            imus.R_world_sensor.take(rows, axis=0),
+            imus.angular_velocity.take(rows, axis=0),
+            imus.age_s.take(rows),
             REPLACED_STDDEV * np.array(is_replaced),
         )
 
@@ -136,14 +136,14 @@ class ImuAlignments:
             observation: Measurements of all IMUs, and the cameras' frame.
             state: State of the filter after the update with them.
         """
-        stamp_ns, states = observation.stamp_ns, observation.readings
-        self._exchanges.add(stamp_ns, observation.positions, observation.tracking_state, states)
+        stamp_ns, imus = observation.stamp_ns, observation.imus
+        self._exchanges.add(stamp_ns, observation.positions, observation.tracking_state, imus)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
             return state
         dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
-        for row, worn in self._worn_by(states.segments):
+        for row, worn in self._worn_by(imus.segments):
             if worn.use.is_aligned:
                 self._check(worn, state)
                 continue
@@ -151,14 +151,14 @@ class ImuAlignments:
             block = slice(first, first + 3)
             worn.alignment.observe(
                 dt_s,
-                states.R_world_sensor[row],
+                imus.R_world_sensor[row],
                 state.pose.rotations[worn.link],
                 state.P[block, block],
                 state.pose.rates[worn.link],
             )
         if stamp_ns - (self._solved_ns or 0) >= SOLVE_PERIOD_NS:
             self._solved_ns = stamp_ns
-            state = self._solve(stamp_ns, states.segments, state)
+            state = self._solve(stamp_ns, imus.segments, state)
         return state
 
     def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
@@ -197,9 +197,9 @@ class ImuAlignments:
         self._forget(worn, state)
 
     @staticmethod
-    def _has_slipped(worn: _Worn, states: ImuStates) -> bool:
+    def _has_slipped(worn: _Worn, imus: ImuMeasurements) -> bool:
         """Whether an IMU has slipped since its last realignment."""
-        return states.slips.get(worn.use.segment, 0) > worn.slips
+        return imus.slips.get(worn.use.segment, 0) > worn.slips
 
     def _forget(self, worn: _Worn, state: FilterState) -> None:
         """Discard an IMU's alignment after it slipped or was exchanged."""

@@ -118,7 +118,7 @@ def turn_back(constants: PostureConstants, state: FilterState, relative: FloatAr
     count = 0
     for hinge in range(len(constants.hinges.links)):
         parent, link = constants.hinges.parents[hinge], constants.hinges.links[hinge]
-        if state.has_reading[parent] or state.has_reading[link]:
+        if state.has_imu[parent] or state.has_imu[link]:
             continue
         upper, lower = state.pose.rotations[parent], state.pose.rotations[link]
         transposed_product(upper, lower, relative)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.constants import FilterConstants
-from pose_core.filter.imu import ImuReadings
+from pose_core.filter.imu import ImuFrame
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.motion import predict_mean, rate_decay
 from pose_core.filter.state import FilterState, Pose
@@ -35,8 +35,8 @@ def predict_published(
     constants: FilterConstants,
     state: FilterState,
     dt_s: float,
-    before: ImuReadings,
-    readings: ImuReadings,
+    before: ImuFrame,
+    imus: ImuFrame,
     parents: NDArray[np.int64],
     out: PublishedState,
 ) -> None:
@@ -47,7 +47,7 @@ def predict_published(
         state: The state.
         dt_s: Time since the state's instant [s].
         before: Samples of the aligned IMUs at the state's instant.
-        readings: The same at the later instant.
+        imus: The same at the later instant.
         parents: Parents of the links, (links,); −1 for the root.
         out: Filled, except information and scale.
     """
@@ -60,7 +60,7 @@ def predict_published(
     keep, rate_time_s = rate_decay(motion.rate_memory_s, dt_s)
     predict_mean(pose, keep, rate_time_s, np.exp(-dt_s / motion.slide_memory_s))
     rate_times_s = np.full(len(parents), rate_time_s)
-    integrate_gyroscopes(dt_s, state, before, readings, pose, rate_times_s)
+    integrate_gyroscopes(dt_s, state, before, imus, pose, rate_times_s)
     levers = np.zeros((len(out.joints), len(parents), 3))
     body = constants.camera.body
     compute_joints(body, pose.position, pose.rotations, pose.slides, levers, out.joints)
@@ -80,8 +80,8 @@ def predict_published(
 def integrate_gyroscopes(
     dt_s: float,
     state: FilterState,
-    before: ImuReadings,
-    readings: ImuReadings,
+    before: ImuFrame,
+    imus: ImuFrame,
     pose: Pose,
     rate_times_s: FloatArray,
 ) -> None:
@@ -91,19 +91,19 @@ def integrate_gyroscopes(
         dt_s: Time since the state's instant [s].
         state: The state.
         before: Samples at its instant.
-        readings: Samples at the later instant.
+        imus: Samples at the later instant.
         pose: The pose at the later instant; rotations and rates of these links are replaced.
         rate_times_s: Set to 0 for these links, (links,) [s].
     """
     R_z, R_map_sensor = np.empty((3, 3)), np.empty((3, 3))
-    for row in range(len(readings.links)):
-        link = readings.links[row]
+    for row in range(len(imus.links)):
+        link = imus.links[row]
         for earlier in range(len(before.links)):
             if before.links[earlier] != link:
                 continue
             exponential(0.0, 0.0, state.heading[link], R_z)
-            product(R_z, readings.R_world_sensor[row], R_map_sensor)
-            change = np.dot(R_map_sensor, readings.angular_velocity[row])
+            product(R_z, imus.R_world_sensor[row], R_map_sensor)
+            change = np.dot(R_map_sensor, imus.angular_velocity[row])
             product(R_z, before.R_world_sensor[earlier], R_map_sensor)
             change -= np.dot(R_map_sensor, before.angular_velocity[earlier])
             turn = dt_s * (state.pose.rates[link] + 0.5 * change)

@@ -38,7 +38,7 @@ class FilterState(NamedTuple):
     R_sensor_link: FloatArray  # (links, 3, 3) mounting of each link's IMU
     heading: FloatArray  # (links,) [rad] of the IMU's reference frame in map, about z
     imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error, or NO_COLUMN
-    has_reading: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
+    has_imu: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
     offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis' heading frame
     offset_variance: FloatArray  # (sensors, joints) [m²]
     nis: FloatArray  # (sensors, joints) smoothed normalised innovation squared [-]
@@ -95,7 +95,7 @@ def start_state(
         R_sensor_link=np.tile(np.eye(3), (links, 1, 1)),
         heading=np.zeros(links),
         imu_column=np.full(links, NO_COLUMN, np.int64),
-        has_reading=np.zeros(links, np.bool_),
+        has_imu=np.zeros(links, np.bool_),
         offset=np.zeros((sensors, joints, 3)),
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
         nis=np.zeros((sensors, joints)),

@@ -11,7 +11,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import FilterConstants
-from pose_core.filter.imu import ImuReadings, add_imus
+from pose_core.filter.imu import ImuFrame, add_imus
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.posture import add_posture, most_posture_rows, turn_back
 from pose_core.filter.rows import Rows, make_rows
@@ -39,7 +39,7 @@ class StepResult(NamedTuple):
 def update_with_imus(
     constants: FilterConstants,
     state: FilterState,
-    readings: ImuReadings,
+    imus: ImuFrame,
     information: FloatArray,
 ) -> bool:
     """Measurement update with the aligned IMUs; returns whether the result is finite.
@@ -47,17 +47,17 @@ def update_with_imus(
     Args:
         constants: The filter's constants.
         state: Prior state; becomes the posterior.
-        readings: Samples of the IMUs whose alignment is in the state.
+        imus: Samples of the IMUs whose alignment is in the state.
         information: (links, 3, 3) [1/rad²] on each link's rotation; the IMUs' share is added.
     """
-    state.has_reading[:] = False
-    for link in readings.links:
-        state.has_reading[link] = True
-    count = len(readings.links)
+    state.has_imu[:] = False
+    for link in imus.links:
+        state.has_imu[link] = True
+    count = len(imus.links)
     if count == 0:
         return True
     rows = make_rows(6 * count, 2 * count, len(state.P))
-    add_imus(constants.imu, state, readings, rows)
+    add_imus(constants.imu, state, imus, rows)
     update = robust_update(constants.imu_update, state, rows)
     if not update.is_finite:
         return False
@@ -65,7 +65,7 @@ def update_with_imus(
         orientation = 2 * row  # groups alternate: orientation, rate
         noise = symmetric(rows.noise[orientation])
         precision = scaled(inverse(noise), update.weights[orientation])
-        add(precision, information[readings.links[row]])
+        add(precision, information[imus.links[row]])
     return True
 
 

@@ -137,7 +137,7 @@ def estimate_delay(
     sums *= np.exp(-gap_s / constants.delay_memory_s)
     for link in range(len(constants.ends)):
         start, end = constants.starts[link], constants.ends[link]
-        if not state.has_reading[link] or start < 0:
+        if not state.has_imu[link] or start < 0:
             continue
         first, last = group_of[start], group_of[end]
         if first < 0 or last < 0:

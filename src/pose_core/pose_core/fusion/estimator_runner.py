@@ -13,7 +13,7 @@ from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.registry import estimator_class
 from pose_core.fusion.output import StateOutput
 from pose_core.fusion.output_grid import has_output_rate
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.stamps import NS_PER_S
@@ -107,7 +107,7 @@ class EstimatorRunner:
 
     @property
     def uses_imus(self) -> bool:
-        """Whether there is an estimator, and it takes IMUs' readings."""
+        """Whether there is an estimator, and it takes IMUs' samples."""
         return self._estimator is not None and self._estimator.USES_IMUS
 
     @property
@@ -115,24 +115,24 @@ class EstimatorRunner:
         """State of use of each IMU with samples."""
         return () if self._estimator is None else self._estimator.imu_uses
 
-    def predict(self, stamp_ns: int, newest_ns: int, readings: ImuStates) -> None:
+    def predict(self, stamp_ns: int, newest_ns: int, imus: ImuMeasurements) -> None:
         """Predict the pose to a later instant; it waits for :meth:`take`. The estimator stays.
 
         Args:
             stamp_ns: The instant [ns].
             newest_ns: Stamp of the newest sample of any source [ns].
-            readings: Samples of the IMUs at that instant, extrapolated by their gyroscopes.
+            imus: Samples of the IMUs at that instant, extrapolated by their gyroscopes.
         """
-        pose = None if self._estimator is None else self._estimator.predicted(stamp_ns, readings)
+        pose = None if self._estimator is None else self._estimator.predicted(stamp_ns, imus)
         if pose is not None:
             self._add(pose, newest_ns)
 
     def predict_one(
-        self, stamp_ns: int, newest_ns: int, readings: ImuStates
+        self, stamp_ns: int, newest_ns: int, imus: ImuMeasurements
     ) -> BodyEstimate | None:
         """As :meth:`predict`, but returns the estimate; those that wait go on waiting."""
         earlier = self.take()
-        self.predict(stamp_ns, newest_ns, readings)
+        self.predict(stamp_ns, newest_ns, imus)
         blocks = self.take()
         self._finished = earlier
         return blocks[0][0] if blocks else None

@@ -208,8 +208,8 @@ class FusionPipeline:
         Returns:
             None if there is no pose at this instant.
         """
-        readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
-        return self._runner.predict_one(stamp_ns, newest_ns, readings)
+        imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self._preprocessor.newest_ns
+        return self._runner.predict_one(stamp_ns, newest_ns, imus)
 
     def _estimated(self, observations: Iterable[Observation]) -> list[BodyEstimate]:
         least = 1 if self._grid is None else BLOCK
@@ -228,5 +228,5 @@ class FusionPipeline:
             self._predict(instant_ns)
 
     def _predict(self, stamp_ns: int) -> None:
-        readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
-        self._runner.predict(stamp_ns, newest_ns, readings)
+        imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self._preprocessor.newest_ns
+        self._runner.predict(stamp_ns, newest_ns, imus)

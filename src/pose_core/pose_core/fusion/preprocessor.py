@@ -17,7 +17,7 @@ from pose_core.fusion import sample_buffer
 from pose_core.fusion.frame_queue import FrameQueue
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.fusion.sensor_frames import SensorFrame, SensorsInMap
-from pose_core.imu.imu_history import NO_STATES, ImuStates
+from pose_core.imu.imu_history import NO_MEASUREMENTS, ImuMeasurements
 from pose_core.imu.imu_set import ImuSet
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.stamps import NS_PER_S
@@ -168,9 +168,9 @@ class Preprocessor:
         self._frames.flush()
         yield from self._release(everything=True)
 
-    def readings(self, stamp_ns: int) -> ImuStates:
+    def imus_at(self, stamp_ns: int) -> ImuMeasurements:
         """The IMUs' states at an instant [ns]."""
-        return self.imus.read(stamp_ns) if self.parameters.use_imus else NO_STATES
+        return self.imus.read(stamp_ns) if self.parameters.use_imus else NO_MEASUREMENTS
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
         sample = on_reference_clock(sample, self.clocks)
@@ -233,5 +233,5 @@ class Preprocessor:
             positions=frame.positions,
             tracking_state=frame.tracking_state,
             cameras=self._sensors.places,
-            readings=self.readings(frame.stamp_ns),
+            imus=self.imus_at(frame.stamp_ns),
         )

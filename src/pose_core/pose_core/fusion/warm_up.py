@@ -15,7 +15,7 @@ from pose_core.estimates.observation import Observation
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
 from pose_core.fusion.sensor_frames import SensorsInMap
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
@@ -121,7 +121,7 @@ def _imu_sample(segment: str, stamp_ns: int) -> ImuSample:
 
 
 def _observation(
-    sensors: SensorsInMap, shape: BodyShape, stamp_ns: int, readings: ImuStates
+    sensors: SensorsInMap, shape: BodyShape, stamp_ns: int, imus: ImuMeasurements
 ) -> Observation:
     samples = {
         sensor: SkeletonSample(
@@ -141,5 +141,5 @@ def _observation(
         positions=seen.positions,
         tracking_state=seen.tracking_state,
         cameras=sensors.places,
-        readings=readings,
+        imus=imus,
     )

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, TrackingState
 from pose_core.stamps import NS_PER_S
@@ -48,7 +48,7 @@ class ExchangeCheck:
         stamp_ns: int,
         positions: FloatArray,
         tracking_state: NDArray[np.uint8],
-        states: ImuStates,
+        imus: ImuMeasurements,
     ) -> None:
         """Add one instant; those that follow within :data:`PERIOD_NS` are left out.
 
@@ -56,11 +56,11 @@ class ExchangeCheck:
             stamp_ns: The instant [ns].
             positions: Joints by the cameras in map, (sensors, 15, 3) [m].
             tracking_state: (sensors, 15).
-            states: The IMUs at that instant; sums start anew if they, or their slips, change.
+            imus: The IMUs at that instant; sums start anew if they, or their slips, change.
         """
-        key = (states.segments, *sorted(states.slips.items()))
+        key = (imus.segments, *sorted(imus.slips.items()))
         if key != self._key:
-            self._restart(key, states.segments)
+            self._restart(key, imus.segments)
         since_ns = stamp_ns - self._stamp_ns
         if 0 <= since_ns < PERIOD_NS:
             return
@@ -69,10 +69,10 @@ class ExchangeCheck:
         keep = np.exp(-dt_s / MEMORY_S)
         self._sums *= keep
         self._weight *= keep
-        rates = np.linalg.norm(states.angular_velocity, axis=1)
+        rates = np.linalg.norm(imus.angular_velocity, axis=1)
         rate = float(np.max(rates, initial=0.0, where=np.isfinite(rates)))
         weight = dt_s / (self._variance + (LATE_S * rate) ** 2)
-        turned = np.swapaxes(states.R_world_sensor[self._rows], 1, 2)[:, None] @ HEADING_PARTS
+        turned = np.swapaxes(imus.R_world_sensor[self._rows], 1, 2)[:, None] @ HEADING_PARTS
         tracked = np.where((tracking_state == TrackingState.TRACKED)[..., None], positions, np.nan)
         for joints in tracked:
             bones = joints[self._ends[:, 0]] - joints[self._ends[:, 1]]

@@ -22,8 +22,8 @@ SAMPLES = 512  # stored for each IMU: half a second of the fastest
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImuState:
-    """An IMU's interpolated state."""
+class ImuMeasurement:
+    """An IMU's orientation and angular velocity at an instant, interpolated."""
 
     R_world_sensor: FloatArray  # (3, 3)
     angular_velocity: FloatArray  # (3,) [rad/s] in the sensor's frame
@@ -32,8 +32,8 @@ class ImuState:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ImuStates(Mapping[str, ImuState]):
-    """States of several IMUs at one instant, one for each row; also by segment."""
+class ImuMeasurements(Mapping[str, ImuMeasurement]):
+    """Measurements of several IMUs at one instant, one for each row; also by segment."""
 
     segments: tuple[str, ...]
     R_world_sensor: FloatArray  # (n, 3, 3)
@@ -43,11 +43,11 @@ class ImuStates(Mapping[str, ImuState]):
     slips: Mapping[str, int] = field(default_factory=dict)  # so far, of those that have slipped
     replaced_rates: frozenset[str] = frozenset()  # whose rates are the orientation's change
 
-    def __getitem__(self, segment: str) -> ImuState:
+    def __getitem__(self, segment: str) -> ImuMeasurement:
         if segment not in self.segments:
             raise KeyError(segment)
         row = self.segments.index(segment)
-        return ImuState(
+        return ImuMeasurement(
             R_world_sensor=self.R_world_sensor[row],
             angular_velocity=self.angular_velocity[row],
             stddev=self.stddev[row],
@@ -61,15 +61,15 @@ class ImuStates(Mapping[str, ImuState]):
         return len(self.segments)
 
 
-def states_of(states: Mapping[str, ImuState]) -> ImuStates:
-    """Stack single states."""
-    each = list(states.values())
-    return ImuStates(
-        segments=tuple(states),
-        R_world_sensor=np.array([state.R_world_sensor for state in each]).reshape(-1, 3, 3),
-        angular_velocity=np.array([state.angular_velocity for state in each]).reshape(-1, 3),
-        stddev=np.array([state.stddev for state in each]).reshape(-1, 3),
-        age_s=np.array([state.age_s for state in each], float),
+def measurements_of(imus: Mapping[str, ImuMeasurement]) -> ImuMeasurements:
+    """Stack measurements of single IMUs, by segment."""
+    each = list(imus.values())
+    return ImuMeasurements(
+        segments=tuple(imus),
+        R_world_sensor=np.array([one.R_world_sensor for one in each]).reshape(-1, 3, 3),
+        angular_velocity=np.array([one.angular_velocity for one in each]).reshape(-1, 3),
+        stddev=np.array([one.stddev for one in each]).reshape(-1, 3),
+        age_s=np.array([one.age_s for one in each], float),
     )
 
 
@@ -121,24 +121,24 @@ class ImuHistory:
         silent = np.flatnonzero(stamp_ns - last_ns > ALIVE_NS).tolist()
         return tuple(sorted(self.segments[imu] for imu in silent))
 
-    def at(self, stamp_ns: int) -> ImuStates:
-        """States of all IMUs at an instant; IMUs without a sample nearby are omitted.
+    def at(self, stamp_ns: int) -> ImuMeasurements:
+        """Measurements of all IMUs at an instant; IMUs without a sample nearby are omitted.
 
         Sorted by segment, so that the order of arrival does not change even the rounding.
         """
         count = len(self.segments)
         R_world_sensor, rate, stddev = np.empty((count, 3, 3)), *np.empty((2, count, 3))
         known, age_s = np.empty(count, np.bool_), np.empty(count)
-        readings = (R_world_sensor, rate, stddev, known, age_s)
-        known_count = self._read(self._rings, self._order, stamp_ns, *readings)
-        states = ImuStates(
+        arrays = (R_world_sensor, rate, stddev, known, age_s)
+        known_count = self._read(self._rings, self._order, stamp_ns, *arrays)
+        imus = ImuMeasurements(
             segments=self._ordered,
             R_world_sensor=R_world_sensor,
             angular_velocity=rate,
             stddev=stddev,
             age_s=age_s,
         )
-        return states if known_count == count else _rows(states, np.flatnonzero(known))
+        return imus if known_count == count else _rows(imus, np.flatnonzero(known))
 
     def _rings_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
         """Index of each IMU's ring buffer."""
@@ -157,13 +157,13 @@ class ImuHistory:
         return known
 
 
-def _rows(states: ImuStates, chosen: NDArray[np.intp]) -> ImuStates:
-    return ImuStates(
-        segments=tuple(states.segments[row] for row in chosen.tolist()),
-        R_world_sensor=states.R_world_sensor[chosen],
-        angular_velocity=states.angular_velocity[chosen],
-        stddev=states.stddev[chosen],
-        age_s=states.age_s[chosen],
+def _rows(imus: ImuMeasurements, chosen: NDArray[np.intp]) -> ImuMeasurements:
+    return ImuMeasurements(
+        segments=tuple(imus.segments[row] for row in chosen.tolist()),
+        R_world_sensor=imus.R_world_sensor[chosen],
+        angular_velocity=imus.angular_velocity[chosen],
+        stddev=imus.stddev[chosen],
+        age_s=imus.age_s[chosen],
     )
 
 
@@ -178,5 +178,5 @@ def _make_rings(imus: int) -> ImuRings:
     )
 
 
-NO_STATES = states_of({})
+NO_MEASUREMENTS = measurements_of({})
 """States of no IMUs."""

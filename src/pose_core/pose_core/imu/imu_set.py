@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from pose_core.counters import Counters
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck, RateFault
-from pose_core.imu.imu_history import NO_STATES, ImuHistory, ImuStates
+from pose_core.imu.imu_history import NO_MEASUREMENTS, ImuHistory, ImuMeasurements
 from pose_core.imu.orientation_check import OrientationCheck
 from pose_core.streams.samples import ImuBlock
 
@@ -17,8 +17,8 @@ class ImuSet:
         self._history = ImuHistory()
         self._rates = AngularVelocityCheck()
         self._check = OrientationCheck()
-        self._states_at: int | None = None  # [ns] the instant of ``_known_states``
-        self._known_states = NO_STATES
+        self._known_at: int | None = None  # [ns] the instant of ``_known``
+        self._known = NO_MEASUREMENTS
         self._slips: Mapping[str, int] = {}
         self._replaced: frozenset[str] = frozenset()
         self.counters = Counters(
@@ -53,7 +53,7 @@ class ImuSet:
 
     def add(self, block: ImuBlock) -> int:
         """Store samples; return how many were rejected because their IMU has newer ones."""
-        self._states_at = None
+        self._known_at = None
         checked = self._check.checked(self._rates.checked(block))
         self._slips, self._replaced = self._check.slips, self._rates.replaced
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
@@ -70,16 +70,16 @@ class ImuSet:
         silent = self._history.silent(stamp_ns)
         return tuple(segment for segment in silent if segment not in self._check.set_aside)
 
-    def read(self, stamp_ns: int) -> ImuStates:
-        """The IMUs' states at an instant; those of the last instant are cached."""
+    def read(self, stamp_ns: int) -> ImuMeasurements:
+        """The IMUs' measurements at an instant; those of the last instant are cached."""
         if not self._history.segments:
-            return NO_STATES
-        if self._states_at != stamp_ns:
-            states = self._history.at(stamp_ns)
+            return NO_MEASUREMENTS
+        if self._known_at != stamp_ns:
+            imus = self._history.at(stamp_ns)
             if self._slips or self._replaced:
-                states = replace(states, slips=self._slips, replaced_rates=self._replaced)
-            self._known_states = states
-            self._states_at = stamp_ns
-        missing = len(self._history.segments) - len(self._known_states)
+                imus = replace(imus, slips=self._slips, replaced_rates=self._replaced)
+            self._known = imus
+            self._known_at = stamp_ns
+        missing = len(self._history.segments) - len(self._known)
         self.counters.add("imu_readings_missing", missing)
-        return self._known_states
+        return self._known

@@ -12,7 +12,7 @@ class ImuUse:
     segment: str
     is_aligned: bool = False
     aligned_ns: int | None = None  # [ns] stamp since which it is used
-    readings: int = 0
+    instants: int = 0  # with a sample of it
     used: int = 0
     contradictions: int = 0  # times that the cameras contradicted it and it was aligned again
     tilt_stddev: float = float("nan")  # [rad] of the mounting, about the axes across the link
@@ -54,6 +54,6 @@ class ImuUse:
             return f"{self.segment}: not used, {self.reason}"
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
         return (
-            f"{self.segment}: used for {100.0 * self.used / max(self.readings, 1):.0f} % of frames,"
+            f"{self.segment}: used for {100.0 * self.used / max(self.instants, 1):.0f} % of frames,"
             f" tilt known to {tilt:.1f}°, turn to {turn:.1f}°, heading to {heading:.1f}°"
         )

@@ -6,7 +6,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.body.shape import BodyShape
-from pose_core.finite_numbers import nan_mean, nan_median
+from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean, nan_median
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_core.streams.samples import SkeletonSample
 
@@ -29,7 +29,6 @@ SPREADS = np.array([2.9, 2.9, 2.6, 2.6, 3.6, 3.6, 3.6, 3.9, 2, 2, 2.3, 3.9, 3.2,
 that the sensor sees well (KinectMultiTrack; people captured by CMU before simulated trackers)."""
 COMMON_SPREAD = 0.015  # [-] of all of them together
 SCATTER_FRAMES = 18.0  # [-] of 0.6 s, over which the error of a hidden joint stays the same
-MAD_TO_DEVIATION = 1.4826  # [-] of the normal distribution
 OTHER_SENSOR_SPREAD, OTHER_SENSOR_COMMON = 0.06, 0.04  # [-] in addition, against another sensor's
 PEOPLE_SPREAD, PEOPLE_COMMON = 0.05, 0.07  # [-] in addition, from one person to another
 FRAMES, FADING = 45.0, 0.35  # [-] of 1.5 s; power of their number with which the variances fall
@@ -83,7 +82,7 @@ class _SensorLengths:
             count = np.isfinite(rows).sum(axis=0)
             is_known = count >= LEAST_MEASUREMENTS
             median = np.where(is_known, nan_median(rows), np.nan)
-            scatter = MAD_TO_DEVIATION * nan_median(np.abs(rows - median))
+            scatter = MAD_TO_STDDEV * nan_median(np.abs(rows - median))
             frames = np.maximum(count * self.every, 1.0)
             variance = scatter**2 / np.maximum(frames / SCATTER_FRAMES, 1.0)
             self._summary = _Summary(median=median, variance=variance, frames=frames)

@@ -1,4 +1,4 @@
-"""One bag, read for the report: its methods, and every estimator run over its raw streams."""
+"""One bag, read for the report: its methods, and the chosen estimators run over its streams."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -11,16 +11,15 @@ from pose_core.api import (
     Extrinsics,
     FloatArray,
     SkeletonSeries,
-    series_on_reference_clock,
 )
 from pose_core.errors import InputError, PoseError
-from pose_evaluation.methods import FUSED, MEAN, mean_series, methods_of_bag
+from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
 from pose_evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
 from pose_io.bag_samples import BagSamples, read_estimates
 from pose_io.bags import BagReader
 from pose_io.topics import imu_topics, sensor_topics
 
-PREFERRED = (FUSED, "default+imus", "default", "li2020+imus", "li2020", "joint_kf", MEAN)
+PREFERRED = (FUSED, "default+imus", "default", "li2020", "joint_kf", MEAN)
 ALL = "all"  # selects all methods
 COMMENT_KEY = "comment"  # key of the recording's comment in a bridge's report
 LONGEST_S = 1e9  # [s] replaces infinity
@@ -168,7 +167,7 @@ def _estimate(
         extrinsics = find_extrinsics(bag, sensors)
     except PoseError as error:
         trouble = f"The sensors' places are unknown ({error}): no method joins them."
-    own = methods_of_bag(bag, wanted.person, wanted.body, {}, extrinsics)
+    own = methods_of_bag(bag, wanted.person, wanted.body, extrinsics)
     setups = known_setups(has_imus=has_imus)
     known = [*own, MEAN, *(setup.name for setup in setups)]
     _refuse_unknown(wanted, known)
@@ -183,12 +182,7 @@ def _estimate(
             result.notes.append(trouble)
     else:
         result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in sensors}
-        result.methods = {
-            name: series_on_reference_clock(own[name], extrinsics.clocks.get(name))
-            for name in sensors
-        }
-        if len(sensors) > 1:
-            result.methods[MEAN] = mean_series(result.methods, result.T_map_sensor)
+        result.methods |= {MEAN: own[MEAN]} if MEAN in own else {}
         chosen = [setup for setup in setups if setup.name in (*wanted.methods, wanted.focus)]
         for name, run in _run(bag, wanted, chosen, extrinsics, progress).items():
             result.methods[name], result.estimates[name] = run.series, run.estimates

@@ -6,7 +6,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
-from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import Alignment, AlignmentTuning, SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -18,7 +18,7 @@ AXIS_STDDEV, TURN_STDDEV = 0.15, 0.5  # [rad] of an estimated link: of its axis,
 LONGEST_STEP_S = 0.1  # [s] upper bound of the time that one instant stands for
 
 
-class AlignedReadings:
+class AttitudeAligner:
     """Aligns IMUs with the links of any estimator, and continuously refines the alignment.
 
     Args:
@@ -43,19 +43,19 @@ class AlignedReadings:
         """Use sensor-to-segment rotations of a calibration."""
         self._sensor_to_segment = alignments
 
-    def observe(self, stamp_ns: int, states: ImuStates, R_map_links: FloatArray) -> None:
+    def observe(self, stamp_ns: int, imus: ImuMeasurements, R_map_links: FloatArray) -> None:
         """Update the alignment with one instant.
 
         Args:
             stamp_ns: The instant [ns].
-            states: The IMUs' states.
+            imus: Measurements of all IMUs.
             R_map_links: The estimator's link rotations from cameras only, (links, 3, 3).
         """
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns <= before_ns:
             return
         dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
-        for segment, state in states.items():
+        for segment, imu in imus.items():
             use = self._uses.setdefault(segment, ImuUse(segment=segment))
             link = self._model.segments.get(segment)
             use.is_known = link is not None
@@ -64,7 +64,7 @@ class AlignedReadings:
             R = R_map_links[self._model.link_names.index(link)]
             covariance = R @ np.diag(np.square([AXIS_STDDEV, AXIS_STDDEV, TURN_STDDEV])) @ R.T
             own = self._alignments.setdefault(segment, SegmentAlignment(AlignmentTuning()))
-            own.observe(dt_s, state.R_world_sensor, R, covariance, state.angular_velocity)
+            own.observe(dt_s, imu.R_world_sensor, R, covariance, imu.angular_velocity)
         if stamp_ns - self._solved_ns >= SOLVE_PERIOD_NS:
             self._solved_ns = stamp_ns
             for segment, own in self._alignments.items():
@@ -81,17 +81,17 @@ class AlignedReadings:
         use.tilt_stddev, use.turn_stddev = float(max(stddev[0], stddev[1])), float(stddev[2])
         use.heading_stddev = float(stddev[3])
 
-    def read(self, states: ImuStates) -> dict[str, FloatArray]:
+    def attitudes(self, imus: ImuMeasurements) -> dict[str, FloatArray]:
         """Attitudes ``R_map_segment`` of the segments by the aligned IMUs, (3, 3)."""
-        readings = {}
-        for segment, state in states.items():
+        attitudes = {}
+        for segment, imu in imus.items():
             if segment not in self._uses:
                 continue
-            self._uses[segment].readings += 1
+            self._uses[segment].instants += 1
             found = self._found.get(segment)
             if found is not None:
                 self._uses[segment].used += 1
                 R_z = np.empty((3, 3))
                 exponential(0.0, 0.0, found.heading, R_z)
-                readings[segment] = R_z @ state.R_world_sensor @ found.R_sensor_link
-        return readings
+                attitudes[segment] = R_z @ imu.R_world_sensor @ found.R_sensor_link
+        return attitudes
