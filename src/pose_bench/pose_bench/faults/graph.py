@@ -1,4 +1,4 @@
-"""Faults of the graph: nodes that crash, hang or run twice; other publishers on topics."""
+"""Faults of the graph: nodes that crash or hang, and floods of diagnostics."""
 
 from pose_bench.faults.fault import Fault, Signal, Window
 from pose_bench.faults.packets import Note, Packet

@@ -27,7 +27,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="pose report",
         description="Measure a recorded bag and write one web page (report.html, opens without "
-        "internet, prints well) and CSV files. Every estimator is run over the bag's raw streams. "
+        "internet, prints well) and CSV files. Estimators are run over the bag's raw streams (--methods). "
         "With a reference, errors and correlations; without one, how well the methods agree.",
         epilog="References: docs/references.md says which files, labels and signs are understood.",
     )

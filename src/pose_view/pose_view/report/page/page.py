@@ -36,7 +36,7 @@ MEANINGS = {
     "dof_kf": "a linear Kalman filter on joint angles (the ablation of Li et al.)",
     "li2020": "the unscented filter on a kinematic tree of Li et al. (2020)",
     "zhang2015": "cameras and IMUs weighted by their variances (Zhang et al. 2015)",
-    "default": "this project's unscented filter",
+    "default": "this project's error-state filter on a kinematic tree",
     "smoothed": "the same, which looks ahead too",
     "ukf": "the default by its other name",
     "imu": "the IMUs alone",
