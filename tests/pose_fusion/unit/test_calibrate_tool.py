@@ -97,7 +97,7 @@ def test_a_bag_with_one_sensor_is_refused(tmp_path, monkeypatch, capsys):
 
 def test_a_sensor_missing_in_the_bag_is_reported(walk, tmp_path, monkeypatch, capsys):
     line = refused(monkeypatch, capsys, tmp_path, walk, "--sensors", "left", "middle")
-    assert line.endswith("holds no skeletons of middle: it has left, right")
+    assert "holds no skeletons of middle: it has left, right; name them with --sensors" in line
 
 
 def test_standing_still_is_refused(tmp_path, monkeypatch, capsys):

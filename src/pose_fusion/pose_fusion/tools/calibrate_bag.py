@@ -21,10 +21,10 @@ from pose_core.api import PairResiduals
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import add_arguments, from_arguments
-from pose_fusion.tools.calibration_lines import floor_line
+from pose_fusion.calibration_lines import floor_line
+from pose_fusion.session_extrinsics import checked_sensors
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
-from pose_io.topics import sensor_topics
 from pose_node.plain_console import progress_bar
 
 
@@ -60,15 +60,7 @@ def choose_sensors(bag: BagReader, wanted: Sequence[str] | None) -> tuple[str, .
     Raises:
         InputError: If the bag has fewer than two of them.
     """
-    found = tuple(sensor_topics(bag))
-    if not found:
-        BagFrames(bag)  # raises an error that names what is missing
-    missing = [name for name in wanted or () if name not in found]
-    if missing:
-        raise InputError(
-            f"{bag.path} holds no skeletons of {', '.join(missing)}: it has {', '.join(found)}"
-        )
-    sensors = tuple(wanted) if wanted else found
+    sensors = checked_sensors(bag, wanted or ())
     if len(set(sensors)) < 2:
         raise InputError(
             f"{bag.path}: one sensor alone ({', '.join(set(sensors))}) has nothing to be "

@@ -28,7 +28,7 @@ from pose_core.api import Extrinsics
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments, from_arguments
 from pose_core.stamps import nanoseconds
-from pose_fusion.tools.calibration_lines import floor_line
+from pose_fusion.calibration_lines import floor_line
 from pose_io.bags import open_bag
 from pose_node.plain_console import progress_bar
 

@@ -5,7 +5,6 @@ With the running sensors, or on a bag of such a session.
 
 import argparse
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +17,12 @@ from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.imus.section import save_alignments
 from pose_calibration.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate_people, complete
-from pose_core.api import Extrinsics, extrinsics_from_map
+from pose_core.api import Extrinsics
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments
-from pose_io.bag_samples import BagFrames, BagSamples, read_extrinsics
+from pose_fusion.session_extrinsics import checked_sensors, recorded_extrinsics
+from pose_io.bag_samples import BagFrames, BagSamples
 from pose_io.bags import BagReader, open_bag
-from pose_io.clock_messages import read_clocks
-from pose_io.topics import sensor_topics
 from pose_node.plain_console import progress_bar
 
 UNKNOWN = np.radians(45.0)  # [rad] standard deviation from which on an alignment is unknown
@@ -63,23 +61,11 @@ def known_extrinsics(path: Path, sensors: tuple[str, ...]) -> Extrinsics | None:
 
 def bag_extrinsics(bag: BagReader, parameters: ImuCalibrationParameters) -> Extrinsics:
     """Extrinsics from the bag's transforms, else from its motion."""
-    sensors, placed = parameters.sensors, read_extrinsics(bag)
-    if all(sensor in placed for sensor in sensors):
-        found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
-        found = replace(found, clocks=read_clocks(bag))
-        return found if found.clocks else complete(BagFrames(bag, imus=False), found)
-    return calibrate_people(BagFrames(bag, imus=False), sensors).extrinsics
-
-
-def check_sensors(bag: BagReader, sensors: tuple[str, ...]) -> None:
-    """Raise an :class:`InputError` if the bag lacks one of the Kinects."""
-    found = sensor_topics(bag)
-    missing = [name for name in sensors if name not in found]
-    if missing:
-        raise InputError(
-            f"{bag.path} holds no skeletons of {', '.join(missing)}: it has "
-            f"{', '.join(found) or 'none'}; name them with --sensors"
-        )
+    frames = BagFrames(bag, imus=False)
+    known = recorded_extrinsics(bag, parameters.sensors)
+    if known is None:
+        return calibrate_people(frames, parameters.sensors).extrinsics
+    return known if known.clocks else complete(frames, known)
 
 
 def calibrate_bag(
@@ -160,7 +146,7 @@ def main(arguments: list[str]) -> None:
     extrinsics = known_extrinsics(given.output, parameters.sensors)
     if given.in_bag is not None:
         with open_bag(given.in_bag) as bag:
-            check_sensors(bag, parameters.sensors)
+            checked_sensors(bag, parameters.sensors)
             placed = extrinsics or bag_extrinsics(bag, parameters)
             result = _run_with_progress(lambda show: calibrate_bag(bag, parameters, placed, show))
     else:

@@ -12,7 +12,7 @@ from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments, specs
-from pose_fusion.tools.calibration_lines import floor_line
+from pose_fusion.calibration_lines import floor_line
 from pose_node.plain_console import progress_bar
 
 

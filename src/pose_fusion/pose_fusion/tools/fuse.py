@@ -9,16 +9,12 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
 
-from pose_calibration.files.extrinsics_file import load_extrinsics_of
 from pose_calibration.imus.section import load_alignments_if_any
-from pose_calibration.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import (
     EstimateBlock,
     Extrinsics,
     PeoplePipeline,
     body_model_of,
-    extrinsics_from_map,
     first_pass,
     load_body_shape,
     make_urdf,
@@ -37,12 +33,11 @@ from pose_fusion.conversions import (
 )
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.parameters import FusionNodeParameters
-from pose_fusion.tools.calibration_lines import clocks_line, extrinsics_lines
+from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_fusion.tools.compiling import prepare_visibly
-from pose_io.bag_samples import BagFrames, read_extrinsics
+from pose_io.bag_samples import BagFrames
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
-from pose_io.clock_messages import read_clocks
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
@@ -78,57 +73,9 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionNode
                 "leave one of them out"
             )
         values["estimator"] = "smoothed"
-    found = tuple(sensor_topics(bag))
-    if not found:
-        BagFrames(bag)  # says what is missing
     parameters = from_mapping(FusionNodeParameters, values)
-    if "sensors" not in values:
-        return replace(parameters, sensors=found)
-    missing = [sensor for sensor in parameters.sensors if sensor not in found]
-    if missing:
-        raise InputError(
-            f"{arguments.in_bag} holds no skeletons of {', '.join(missing)}: "
-            f"it has {', '.join(found)}"
-        )
-    return parameters
-
-
-def find_extrinsics(
-    bag: BagReader, sensors: tuple[str, ...], console: Console, extrinsics_file: str = ""
-) -> Extrinsics:
-    """Extrinsics from the file, else from the bag's transforms, else from its motion.
-
-    What the first two lack, clocks and body measures, comes from the motion, too.
-    """
-    if extrinsics_file:
-        known = load_extrinsics_of(Path(extrinsics_file), sensors)
-    else:
-        placed = read_extrinsics(bag)
-        if not all(sensor in placed for sensor in sensors):
-            console.print("extrinsics: none in the bag, estimating them from its motion")
-            session = calibrate_people(BagFrames(bag), sensors)
-            for line in filter(None, (session.people_line, *extrinsics_lines(session.extrinsics))):
-                console.print(line, soft_wrap=True)
-            return session.extrinsics
-        console.print("extrinsics: from the bag's /tf_static")
-        known = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
-    if not known.clocks:
-        known = replace(known, clocks=read_clocks(bag))
-    return complete_from_motion(bag, known, console)
-
-
-def complete_from_motion(bag: BagReader, known: Extrinsics, console: Console) -> Extrinsics:
-    """Add what known extrinsics lack, and say which clocks are used."""
-    found = known
-    if not known.clocks or known.body is None:
-        try:
-            found = complete(BagFrames(bag), known)
-        except CalibrationError as error:
-            console.print(f"clocks and body measures: not estimated from the motion ({error})")
-    if found.clocks:
-        source = "as recorded" if known.clocks else "by the motion in the bag"
-        console.print(clocks_line(found, source), soft_wrap=True)
-    return found
+    wanted = parameters.sensors if "sensors" in values else ()
+    return replace(parameters, sensors=checked_sensors(bag, wanted))
 
 
 class EstimateWriter:

@@ -10,7 +10,7 @@ from rich.progress import TimeRemainingColumn
 from pose_core.api import Extrinsics
 from pose_core.errors import InputError, writing
 from pose_core.joints import JOINTS
-from pose_fusion.tools.fuse import find_extrinsics
+from pose_fusion.session_extrinsics import find_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference
 from pose_node.command_line import run_tool

@@ -16,7 +16,7 @@ from rich.progress import Progress, TaskID
 from pose_core.api import EstimateBlock, Extrinsics, FusionParameters, PeoplePipeline
 from pose_core.errors import PoseError
 from pose_core.parameters import add_arguments, from_arguments
-from pose_fusion.tools.fuse import find_extrinsics
+from pose_fusion.session_extrinsics import find_extrinsics
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import imu_topics, sensor_topics

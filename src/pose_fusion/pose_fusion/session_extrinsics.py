@@ -1,0 +1,82 @@
+"""The sensors of a recorded bag and their extrinsics, for the offline tools."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+
+from pose_calibration.files.extrinsics_file import load_extrinsics_of
+from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.session_calibration import calibrate_people, complete
+from pose_core.api import Extrinsics, extrinsics_from_map
+from pose_core.errors import InputError
+from pose_fusion.calibration_lines import clocks_line, extrinsics_lines
+from pose_io.bag_samples import BagFrames, read_extrinsics
+from pose_io.bags import BagReader
+from pose_io.clock_messages import read_clocks
+from pose_io.topics import sensor_topics
+
+
+def checked_sensors(bag: BagReader, wanted: Sequence[str] = ()) -> tuple[str, ...]:
+    """The wanted sensors, or all of the bag's if none is named.
+
+    Raises:
+        InputError: If the bag holds no skeletons, or none of a wanted sensor.
+    """
+    found = tuple(sensor_topics(bag))
+    if not found:
+        BagFrames(bag)  # raises an error that names what is missing
+    missing = [name for name in wanted if name not in found]
+    if missing:
+        raise InputError(
+            f"{bag.path} holds no skeletons of {', '.join(missing)}: it has {', '.join(found)}; "
+            "name them with --sensors"
+        )
+    return tuple(wanted) or found
+
+
+def recorded_extrinsics(bag: BagReader, sensors: Sequence[str]) -> Extrinsics | None:
+    """Extrinsics from the bag's transforms, with its clocks; None if a sensor has no transform."""
+    placed = read_extrinsics(bag)
+    if any(sensor not in placed for sensor in sensors):
+        return None
+    found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
+    return replace(found, clocks=read_clocks(bag))
+
+
+def find_extrinsics(
+    bag: BagReader, sensors: tuple[str, ...], console: Console, extrinsics_file: str = ""
+) -> Extrinsics:
+    """Extrinsics from the file, else from the bag's transforms, else from its motion.
+
+    What the first two lack, clocks and body measures, comes from the motion, too.
+    """
+    known: Extrinsics | None
+    if extrinsics_file:
+        known = load_extrinsics_of(Path(extrinsics_file), sensors)
+        known = known if known.clocks else replace(known, clocks=read_clocks(bag))
+    else:
+        known = recorded_extrinsics(bag, sensors)
+        if known is None:
+            console.print("extrinsics: none in the bag, estimating them from its motion")
+            session = calibrate_people(BagFrames(bag), sensors)
+            for line in filter(None, (session.people_line, *extrinsics_lines(session.extrinsics))):
+                console.print(line, soft_wrap=True)
+            return session.extrinsics
+        console.print("extrinsics: from the bag's /tf_static")
+    return _complete_from_motion(bag, known, console)
+
+
+def _complete_from_motion(bag: BagReader, known: Extrinsics, console: Console) -> Extrinsics:
+    """Add what known extrinsics lack, and say which clocks are used."""
+    found = known
+    if not known.clocks or known.body is None:
+        try:
+            found = complete(BagFrames(bag), known)
+        except CalibrationError as error:
+            console.print(f"clocks and body measures: not estimated from the motion ({error})")
+    if found.clocks:
+        source = "as recorded" if known.clocks else "by the motion in the bag"
+        console.print(clocks_line(found, source), soft_wrap=True)
+    return found
