@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from ament_index_python.packages import get_package_prefix
+from pose_node.child_process import executable
 
 NS_PER_S = 1_000_000_000
 LEAD_S = 40.0  # [s] to generate the session, start the graph and load the page
@@ -99,8 +99,3 @@ def serving(command: Sequence[str | Path]) -> "Iterator[tuple[subprocess.Popen[s
         finally:
             process.send_signal(signal.SIGINT)
             process.wait()
-
-
-def executable(package: str, name: str) -> Path:
-    """The executable that ``ros2 run PACKAGE NAME`` finds."""
-    return Path(get_package_prefix(package)) / "lib" / package / name

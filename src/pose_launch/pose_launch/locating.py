@@ -1,15 +1,12 @@
 """Finds launch files and executables among the installed packages."""
 
-import os
 from pathlib import Path
 
-from ament_index_python.packages import (
-    PackageNotFoundError,
-    get_package_prefix,
-    get_packages_with_prefixes,
-)
+from ament_index_python.packages import get_packages_with_prefixes
 
+from pose_core.errors import InputError
 from pose_launch.errors import LaunchError, Place
+from pose_node.child_process import executable
 
 SUFFIXES = ("", ".launch.yaml", ".yaml")
 
@@ -53,17 +50,6 @@ def find_executable(package: str, name: str, place: Place) -> str:
         LaunchError: If the package or the executable is missing.
     """
     try:
-        folder = Path(get_package_prefix(package)) / "lib" / package
-    except (PackageNotFoundError, ValueError) as error:
-        raise LaunchError(
-            place, f"found no package '{package}': build and source its workspace"
-        ) from error
-    path = folder / name
-    if not (path.is_file() and os.access(path, os.X_OK)):
-        present = sorted(entry.name for entry in folder.glob("*") if os.access(entry, os.X_OK))
-        raise LaunchError(
-            place,
-            f"package '{package}' has no executable '{name}':"
-            f" there are {', '.join(present) or 'none'}",
-        )
-    return str(path)
+        return str(executable(package, name))
+    except InputError as error:
+        raise LaunchError(place, str(error)) from error

@@ -1,11 +1,25 @@
-"""Stamps: integer nanoseconds inside, ``builtin_interfaces/Time`` on the wire."""
+"""Between messages and values: stamps and nodes' reports."""
 
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
 
 from pose_core.stamps import NS_PER_S
+from pose_node.level import Level
+from pose_node.node_status import NodeStatus
 
 
 def ns_to_stamp(stamp_ns: int) -> Time:
     """A message's stamp from nanoseconds."""
     seconds, rest = divmod(stamp_ns, NS_PER_S)
     return Time(sec=seconds, nanosec=rest)
+
+
+def to_node_status(status: DiagnosticStatus, received_ns: int) -> NodeStatus:
+    """A node's report, received at a time [ns]."""
+    return NodeStatus(
+        name=status.name,
+        level=Level(min(status.level[0], Level.STALE)),
+        message=status.message,
+        values={entry.key: entry.value for entry in status.values},
+        received_ns=received_ns,
+    )

@@ -14,8 +14,8 @@ from patience import PATIENCE_S
 
 from pose_core.body.joint_angles import ANGLES
 from pose_core.joints import JOINTS
-from pose_fusion.tools.demo_processes import executable
 from pose_io.bags import open_bag
+from pose_node.child_process import executable
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 

@@ -10,16 +10,11 @@ from rich.console import Console
 
 from pose_core.errors import InputError
 from pose_fusion.tools import demo, demo_start
-from pose_fusion.tools.demo_processes import (
-    GraphError,
-    LiveGraph,
-    NodeStatus,
-    executable,
-    run_to_end,
-    start,
-    stop,
-)
+from pose_fusion.tools.demo_processes import GraphError, LaunchedGraph
 from pose_fusion.tools.demo_progress import describe
+from pose_node.child_process import executable, run_to_end, start, stop
+from pose_node.level import Level
+from pose_node.node_status import NodeStatus
 
 
 def options(**given):
@@ -91,9 +86,9 @@ def test_a_tool_s_output_is_returned():
 
 
 def test_a_missing_executable_says_to_build():
-    with pytest.raises(InputError, match="build the workspace"):
+    with pytest.raises(InputError, match=r"build (the|and source its) workspace"):
         executable("pose_launch", "no_such_thing")
-    with pytest.raises(InputError, match="build the workspace"):
+    with pytest.raises(InputError, match=r"build (the|and source its) workspace"):
         executable("no_such_package", "up")
 
 
@@ -116,19 +111,22 @@ def test_a_process_that_ignores_the_interrupt_is_killed():
 
 
 def test_a_count_that_a_node_does_not_report_is_zero():
-    node = NodeStatus(values={"frames_published": "12", "file": "a.csv"})
+    node = NodeStatus(name="/kinect_left", values={"frames_published": "12", "file": "a.csv"})
     assert [node.count(name) for name in ("frames_published", "file", "other")] == [12, 0, 0]
 
 
 def test_before_the_first_frame_progress_lists_the_running_nodes():
-    assert describe({"/fusion": NodeStatus()}, -2.0, 10.0) == ("starting, 1 nodes are up", "")
+    assert describe({"/fusion": NodeStatus(name="/fusion")}, -2.0, 10.0) == (
+        "starting, 1 nodes are up",
+        "",
+    )
 
 
 def test_progress_counts_frames_in_and_joint_states_out():
     nodes = {
-        "/kinect_left": NodeStatus(values={"frames_published": "30"}),
-        "/kinect_right": NodeStatus(values={"frames_published": "31"}),
-        "/fusion": NodeStatus(values={"estimates": "25"}),
+        "/kinect_left": NodeStatus(name="/kinect_left", values={"frames_published": "30"}),
+        "/kinect_right": NodeStatus(name="/kinect_right", values={"frames_published": "31"}),
+        "/fusion": NodeStatus(name="/fusion", values={"estimates": "25"}),
     }
     assert describe(nodes, 1.0, 10.0) == (
         "running",
@@ -137,7 +135,7 @@ def test_progress_counts_frames_in_and_joint_states_out():
 
 
 def test_progress_shows_warnings_of_nodes():
-    nodes = {"/fusion": NodeStatus(level=1, message="no extrinsics yet")}
+    nodes = {"/fusion": NodeStatus(name="/fusion", level=Level.WARN, message="no extrinsics yet")}
     _, counts = describe(nodes, 1.0, 10.0)
     assert counts.endswith("warnings 1 (fusion: no extrinsics yet)")
 
@@ -152,7 +150,7 @@ def test_progress_shows_warnings_of_nodes():
     ],
 )
 def test_a_failed_graph_is_reported_by_its_most_severe_line(tmp_path, log, told):
-    graph = LiveGraph("demo.launch.yaml", {}, tmp_path / "graph.log")
+    graph = LaunchedGraph("demo.launch.yaml", {}, tmp_path / "graph.log")
     error = graph._error("the graph failed", log)
     assert isinstance(error, GraphError)
     assert told in str(error)
@@ -161,7 +159,11 @@ def test_a_failed_graph_is_reported_by_its_most_severe_line(tmp_path, log, told)
 
 
 def test_devices_silent_after_the_end_cause_no_warning():
-    nodes = {"/imu_bridge": NodeStatus(level=2, message="the port was lost")}
+    nodes = {
+        "/imu_bridge": NodeStatus(
+            name="/imu_bridge", level=Level.ERROR, message="the port was lost"
+        )
+    }
     assert describe(nodes, 11.0, 10.0) == (
         "stopping",
         "frames in 0, joint states out 0, warnings 0",
@@ -191,7 +193,9 @@ class GraphOfTwo:
     @property
     def nodes(self):
         passed_s = (self._clock.now_ns - self._begin_ns) * 1e-9
-        return {f"/{n}": NodeStatus() for n, s in self._up_after_s.items() if s <= passed_s}
+        return {
+            f"/{n}": NodeStatus(name=f"/{n}") for n, s in self._up_after_s.items() if s <= passed_s
+        }
 
 
 class Clock:
@@ -211,7 +215,7 @@ def start_two(tmp_path, monkeypatch):
     def start_two(lead_s, **up_after_s):
         clock, leads, output = Clock(), [], io.StringIO()
         monkeypatch.setattr(demo_start, "time", clock)
-        monkeypatch.setattr(demo_start, "LiveGraph", lambda *_: GraphOfTwo(clock, up_after_s))
+        monkeypatch.setattr(demo_start, "LaunchedGraph", lambda *_: GraphOfTwo(clock, up_after_s))
 
         def warm_up(lead_s):
             leads.append(lead_s)
@@ -246,6 +250,6 @@ def test_the_input_starts_after_a_minute_and_missing_nodes_are_reported(start_tw
 
 
 def test_the_graph_s_own_nodes_are_waited_for(tmp_path):
-    graph = LiveGraph("capture.launch.yaml", {"recording": "r.csv"}, tmp_path / "graph.log")
+    graph = LaunchedGraph("capture.launch.yaml", {"recording": "r.csv"}, tmp_path / "graph.log")
     expected = {"calibration", "fusion", "kinect_left", "kinect_right", "recorder"}
     assert expected <= set(graph.planned_nodes())

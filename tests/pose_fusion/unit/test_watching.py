@@ -11,13 +11,13 @@ from pose_core.joints import JOINT_INDEX
 from pose_fusion.watching.findings import Verdict, graph_findings
 from pose_fusion.watching.observation import (
     GraphSnapshot,
-    Level,
-    NodeStatus,
     TopicStatus,
     TopicWatch,
     TrackingWatch,
 )
 from pose_fusion.watching.terminal import page
+from pose_node.level import Level
+from pose_node.node_status import NodeStatus
 
 S = 1_000_000_000
 

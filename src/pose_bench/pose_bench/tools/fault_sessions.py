@@ -21,7 +21,7 @@ from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.offline import MethodSetup, run_methods
-from pose_fusion.tools.demo_processes import executable, start, stop
+from pose_node.child_process import executable, start, stop
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import bundled_clips
 from pose_sim.captured.session import (

@@ -22,7 +22,7 @@ from pose_bench.tools.prediction import prediction_errors
 from pose_bench.tools.showing import show
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import executable, run_to_end, start, stop
+from pose_node.child_process import executable, run_to_end, start, stop
 
 PROBE_S = 4.0  # [s] until the probe has started
 WATCHED_S = 12.0  # [s] duration of the graph's run

@@ -15,7 +15,8 @@ from pose_bench.processes import sleep_until, usages
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end, start, stop
+from pose_fusion.tools.demo_processes import LaunchedGraph
+from pose_node.child_process import executable, run_to_end, start, stop
 
 LEAD_S = 12.0  # [s] from the session's start to its first frame, for the start of all processes
 STEADY_S = 18.0  # [s] until calibration, body measures and alignment of IMUs are complete
@@ -57,7 +58,7 @@ def run_live(duration_s: float, folder: Path) -> LiveResult:
     arguments = {"session": str(session), "bag": str(folder / "bag"), "start_at": str(start_ns)}
     probe = start([sys.executable, "-m", "pose_bench.nodes.latency_probe"], stdout=subprocess.PIPE)
     try:
-        with LiveGraph("demo.launch.yaml", arguments, folder / "graph.log") as graph:
+        with LaunchedGraph("demo.launch.yaml", arguments, folder / "graph.log") as graph:
             sleep_until(start_ns + round(STEADY_S * NS_PER_S))
             graph.check()
             before = _usages(graph.pid)

@@ -26,7 +26,7 @@ from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.api import FloatArray, extrinsics_from_map
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import start, stop
+from pose_node.child_process import start, stop
 
 SUMMARY = "the live graph with many sensors or people: latency, losses, memory over time"
 LEAD_NS = 4 * NS_PER_S  # [ns] until the first message

@@ -18,10 +18,10 @@ from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import executable
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import imu_topics, sensor_topics
+from pose_node.child_process import executable
 
 PAUSE_NS = 33_333_333  # [ns] between the end and the next beginning
 STAMP = struct.Struct("<iI")

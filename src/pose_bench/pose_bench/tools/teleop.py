@@ -17,9 +17,10 @@ from pose_bench.teleop_scores import NotFollowedError, TeleopScores, score_teleo
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end
+from pose_fusion.tools.demo_processes import LaunchedGraph
 from pose_io.recordings.formats import plain_csv
 from pose_io.recordings.recording import make_recording, make_stream
+from pose_node.child_process import executable, run_to_end
 from pose_sim.captured.clips import bundled_clips
 from pose_sim.captured.session import CapturedSpec, make_captured_session
 
@@ -82,7 +83,7 @@ def _run(person: str, arguments: argparse.Namespace, folder: Path) -> TeleopScor
         start_ns = time.time_ns() + round(LEAD_S * NS_PER_S)
         words |= {"recording": str(recording), "sensor_left": "left", "sensor_right": "right"}
         words |= {"imus": "false", "view": "false", "start_at": str(start_ns)}
-    with LiveGraph(launch, words, folder / "graph.log") as graph:
+    with LaunchedGraph(launch, words, folder / "graph.log") as graph:
         due_s = FIRST_FAULT_S
         for name in () if arguments.no_faults else FAULTS:
             sleep_until(start_ns + round(due_s * NS_PER_S))

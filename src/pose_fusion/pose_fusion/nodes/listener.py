@@ -22,14 +22,14 @@ from pose_core.stamps import serialized_ns
 from pose_fusion.nodes import qos
 from pose_fusion.watching.observation import (
     GraphSnapshot,
-    Level,
-    NodeStatus,
     TopicWatch,
     TrackingWatch,
 )
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
+from pose_node.conversions import to_node_status
+from pose_node.node_status import NodeStatus
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import node_of_tool
 
@@ -146,12 +146,7 @@ class GraphListener(Node):
 
     def _on_diagnostics(self, _topic: str, message: DiagnosticArray) -> None:
         for status in message.status:
-            self._statuses[status.name] = NodeStatus(
-                name=status.name,
-                level=Level(min(status.level[0], Level.STALE)),
-                message=status.message,
-                values={entry.key: entry.value for entry in status.values},
-            )
+            self._statuses[status.name] = to_node_status(status, time.time_ns())
 
     def _on_tf_static(self, _topic: str, message: TFMessage) -> None:
         with suppress(InputError):

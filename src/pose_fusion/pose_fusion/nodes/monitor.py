@@ -5,11 +5,14 @@ For programs that watch a graph without ROS; it ends when its reader closes the 
 
 import json
 import sys
+import time
+from dataclasses import asdict
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
+from pose_node.conversions import to_node_status
 from pose_node.nodes.running import run_node
 
 
@@ -23,17 +26,7 @@ class MonitorNode(Node):
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            _print_line(as_dict(status))
-
-
-def as_dict(status: DiagnosticStatus) -> dict[str, object]:
-    """A status as plain values for JSON."""
-    return {
-        "name": status.name,
-        "level": status.level[0],
-        "message": status.message,
-        "values": {entry.key: entry.value for entry in status.values},
-    }
+            _print_line(asdict(to_node_status(status, time.time_ns())))
 
 
 def _print_line(content: dict[str, object]) -> None:

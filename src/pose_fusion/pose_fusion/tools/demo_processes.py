@@ -1,97 +1,25 @@
-"""The processes of the demo: tools, the graph, the monitor."""
+"""The processes of the demo: the graph and the monitor."""
 
 import json
-import os
 import re
 import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
-from ament_index_python.packages import PackageNotFoundError, get_package_prefix
-
-from pose_core.errors import InputError, PoseError
-from pose_node.child_process import end_with_parent
+from pose_core.errors import PoseError
+from pose_node.child_process import executable, run_to_end, start, stop
+from pose_node.level import Level
+from pose_node.node_status import NodeStatus
 
 OUR_NODE = re.compile(r"/lib/(?:kinect_bridge|imu_bridge|pose_fusion)/\S+ .*--ros-args")
-STOP_S = 20.0  # [s] longer than the launcher needs to kill hanging processes
 
 
 class GraphError(PoseError):
     """The live graph failed."""
-
-
-def executable(package: str, name: str) -> Path:
-    """The executable that ``ros2 run PACKAGE NAME`` finds.
-
-    Raises:
-        InputError: If it is not installed.
-    """
-    try:
-        path = Path(get_package_prefix(package)) / "lib" / package / name
-    except (PackageNotFoundError, ValueError) as error:
-        raise InputError(f"package '{package}' is not installed: build the workspace") from error
-    if not path.is_file():
-        raise InputError(f"package '{package}' has no executable '{name}': build the workspace")
-    return path
-
-
-def start(command: Sequence[str | Path], **options: object) -> "subprocess.Popen[str]":
-    """Start a process that does not receive the terminal's Ctrl-C and ends with this process."""
-    return subprocess.Popen(  # type: ignore[call-overload]
-        [str(word) for word in command],
-        stdin=subprocess.DEVNULL,
-        text=True,
-        errors="replace",
-        start_new_session=True,
-        preexec_fn=end_with_parent(),
-        **options,
-    )
-
-
-def stop(process: "subprocess.Popen[str]", patience_s: float = STOP_S) -> int:
-    """Interrupt a process, and kill it if it does not end; returns its exit code."""
-    if process.poll() is None:
-        process.send_signal(signal.SIGINT)
-    try:
-        return process.wait(patience_s)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        return process.wait()
-
-
-def run_to_end(command: Sequence[str | Path]) -> str:
-    """Run a tool to its end; returns its output.
-
-    Raises:
-        InputError: If it failed, with its own last line.
-    """
-    process = start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    try:
-        output, errors = process.communicate()
-    except BaseException:
-        stop(process)
-        raise
-    if process.returncode != 0:
-        raise InputError(_last_error(errors) or f"{Path(command[0]).name} failed")
-    return str(output)
-
-
-@dataclass
-class NodeStatus:
-    """The last report of a node."""
-
-    level: int = 0
-    message: str = ""
-    values: dict[str, str] = field(default_factory=dict)
-
-    def count(self, name: str) -> int:
-        """Value of a counter; 0 if there is none of that name."""
-        text = self.values.get(name, "0")
-        return int(text) if text.lstrip("-").isdigit() else 0
 
 
 class Monitor:
@@ -120,12 +48,12 @@ class Monitor:
             if "ready" in content:
                 self.is_ready.set()
                 continue
-            status = NodeStatus(content["level"], content["message"], content["values"])
+            status = NodeStatus(**content | {"level": Level(content["level"])})
             # A new dict, so that other threads can iterate over the old one.
-            self.nodes = {**self.nodes, content["name"]: status}
+            self.nodes = {**self.nodes, status.name: status}
 
 
-class LiveGraph:
+class LaunchedGraph:
     """A launch file run by ``up``, from entering the ``with`` block until :meth:`stop`.
 
     Args:
@@ -145,7 +73,7 @@ class LiveGraph:
         self._process: subprocess.Popen[str] | None = None
         self.monitor: Monitor | None = None
 
-    def __enter__(self) -> "LiveGraph":
+    def __enter__(self) -> "LaunchedGraph":
         self.monitor = Monitor()
         try:
             with self._log.open("w") as output:
@@ -232,8 +160,3 @@ class DemoRun:
     def bag(self) -> Path:
         """The recorded bag."""
         return self.folder / "bag"
-
-
-def _last_error(errors: str) -> str:
-    lines = [line.strip() for line in errors.splitlines() if line.strip()]
-    return lines[-1].removeprefix("error: ") if lines else ""

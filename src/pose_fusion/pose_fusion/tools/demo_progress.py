@@ -7,14 +7,15 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import LiveGraph, NodeStatus
+from pose_fusion.tools.demo_processes import LaunchedGraph
+from pose_node.node_status import NodeStatus
 
 TAIL_S = 1.5  # [s] for processing and recording the last frames
 POLL_S = 0.2  # [s]
 PLAIN_LINE_S = 10.0  # [s] between lines without a terminal
 
 
-def watch(graph: LiveGraph, start_at_ns: int, duration_s: float, console: Console) -> None:
+def watch(graph: LaunchedGraph, start_at_ns: int, duration_s: float, console: Console) -> None:
     """Show the graph's progress until its input has ended.
 
     Args:

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import LiveGraph, Monitor
+from pose_fusion.tools.demo_processes import LaunchedGraph, Monitor
 
 PROCESSES = 8  # started together: launcher, bridges, devices, calibration, fusion, recorder
 WEIGHT = 3.0  # [-] start-up time of a node of the graph relative to the measured process
@@ -52,7 +52,7 @@ def ready_estimator(console: Console) -> None:
 @contextmanager
 def started_graph(
     launch_file: str, prepare: Prepare, folder: Path, lead_s: float, console: Console
-) -> Iterator[tuple[LiveGraph, int]]:
+) -> Iterator[tuple[LaunchedGraph, int]]:
     """Start a graph whose nodes are all up before its input starts.
 
     If they are not, the graph is restarted with twice the time, up to a minute; after that the
@@ -70,7 +70,7 @@ def started_graph(
     """
     while True:
         start_at_ns, arguments = prepare(lead_s)
-        with LiveGraph(launch_file, arguments, folder / "graph.log") as graph:
+        with LaunchedGraph(launch_file, arguments, folder / "graph.log") as graph:
             missing = wait_until_up(graph, start_at_ns - round(SPARE_S * NS_PER_S), console)
             if not missing or lead_s >= LONGEST_LEAD_S:
                 if missing:
@@ -82,7 +82,7 @@ def started_graph(
         shutil.rmtree(folder / "bag", ignore_errors=True)
 
 
-def wait_until_up(graph: LiveGraph, deadline_ns: int, console: Console) -> list[str]:
+def wait_until_up(graph: LaunchedGraph, deadline_ns: int, console: Console) -> list[str]:
     """Wait until every node has reported to ``/diagnostics``; returns the missing nodes.
 
     Raises:

@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pose_core.api import FloatArray
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
-from pose_node.level import Level
+from pose_node.node_status import NodeStatus
 
 WINDOW_S = 5.0  # [s] what rates, latencies and shares are taken over
 
@@ -23,16 +23,6 @@ class TopicStatus:
     rate: float  # [Hz]
     age_s: float | None  # [s] since the last message; None: there was none
     latency_s: float | None  # [s] median from a message's stamp to its arrival here
-
-
-@dataclass(frozen=True, kw_only=True)
-class NodeStatus:
-    """What a node last said in ``/diagnostics``."""
-
-    name: str
-    level: Level
-    message: str
-    values: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,22 @@
+"""A node's report in ``/diagnostics``."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from pose_node.level import Level
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodeStatus:
+    """The last report of a node."""
+
+    name: str  # fully qualified
+    level: Level = Level.OK
+    message: str = ""
+    values: Mapping[str, str] = field(default_factory=dict)
+    received_ns: int = 0  # [ns] since 1970
+
+    def count(self, name: str) -> int:
+        """Value of a counter; 0 if there is none of that name."""
+        text = self.values.get(name, "0")
+        return int(text) if text.lstrip("-").isdigit() else 0
