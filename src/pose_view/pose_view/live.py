@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from pose_core.api import FloatArray
@@ -11,9 +11,10 @@ from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import StaticTransforms
+from pose_node.node_status import NodeStatus
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
-from pose_view.plain_words import Line, NodeReport, imu_line, node_line, stream_line
+from pose_view.plain_words import Line, imu_line, node_line, stream_line
 from pose_view.robot import JointHistory, RobotSnapshot, RobotTrack, robot_places, robot_shape
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 from pose_view.stream_monitor import StreamMonitor
@@ -27,14 +28,6 @@ OTHER_NODES = {
     "kinect_right": "Bridge of the right Kinect",
 }
 IMUS_ALIGNED = "imus_aligned"  # value of the fusion's report: segments, separated by commas
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Report:
-    level: int
-    message: str
-    values: Mapping[str, str]
-    received_ns: int
 
 
 class LiveGraph:
@@ -61,7 +54,7 @@ class LiveGraph:
         self._raw: dict[str, tuple[int, tuple[RawSkeleton, ...]]] = {}
         self._static_transforms = StaticTransforms()
         self._sensors: dict[str, FloatArray] = {}
-        self._reports: dict[str, _Report] = {}
+        self._reports: dict[str, NodeStatus] = {}
         self._body_monitors: dict[str, StreamMonitor] = {}
         self._sensor_monitors = {sensor: StreamMonitor() for sensor in sensors}
         self.counters = Counters("malformed_skeletons", "malformed_transforms", "late_skeletons")
@@ -146,11 +139,9 @@ class LiveGraph:
             return
         self._raw[sensor] = now_ns, tuple(raw_skeleton(sample) for sample in seen)
 
-    def add_report(self, name: str, level: int, message: str, values: Any, now_ns: int) -> None:
+    def add_report(self, report: NodeStatus) -> None:
         """Add a node's report in ``/diagnostics``, by the last part of its name."""
-        self._reports[name.rpartition("/")[2]] = _Report(
-            level=level, message=message, values=dict(values), received_ns=now_ns
-        )
+        self._reports[report.name.rpartition("/")[2]] = report
 
     # -- what to show ---------------------------------------------------------------------------
 
@@ -203,30 +194,16 @@ class LiveGraph:
         """Status lines."""
         for sensor, monitor in self._sensor_monitors.items():
             yield stream_line(f"Kinect {sensor}", monitor.reading(now_ns))
-        yield imu_line(self._report("imu_bridge", now_ns))
+        yield imu_line(self._reports.get("imu_bridge"), now_ns)
         for name, title in (("calibration", "Calibration"), ("fusion", "Fusion")):
-            yield node_line(title, self._report(name, now_ns))
+            yield node_line(title, self._reports.get(name), now_ns)
         for body, monitor in self._body_monitors.items():
             if body not in self._expected and self._is_silent(body, now_ns):
                 continue  # a person who has left
             dof = self._dof.get(body)
             delay_s = None if dof is None else dof.latency_s
             yield stream_line(self._titles[body], monitor.reading(now_ns), delay_s)
-        yield node_line("Recorder", self._report("recorder", now_ns))
-        for name in sorted(self._reports):
-            report = self._report(name, now_ns)
-            if name not in ("imu_bridge", "calibration", "fusion", "recorder") and (
-                report is not None and report.level
-            ):
-                yield node_line(OTHER_NODES.get(name, name), report)
-
-    def _report(self, name: str, now_ns: int) -> NodeReport | None:
-        known = self._reports.get(name)
-        if known is None:
-            return None
-        return NodeReport(
-            level=known.level,
-            message=known.message,
-            values=known.values,
-            age_s=(now_ns - known.received_ns) / NS_PER_S,
-        )
+        yield node_line("Recorder", self._reports.get("recorder"), now_ns)
+        for name, report in sorted(self._reports.items()):
+            if report.level and name not in ("imu_bridge", "calibration", "fusion", "recorder"):
+                yield node_line(OTHER_NODES.get(name, name), report, now_ns)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from html import escape
 
+from pose_core.stamps import NS_PER_S
+from pose_node.node_status import NodeStatus
 from pose_view.stream_monitor import SILENT_AFTER_S, StreamReading
 
 NODE_SILENT_AFTER_S = 3.5  # [s] nodes report once a second
@@ -27,16 +29,6 @@ COLORS: Mapping[Mark, str] = {
     Mark.BAD: "#d0312d",
     Mark.NOTHING: "#a9adb5",
 }
-
-
-@dataclass(frozen=True, kw_only=True)
-class NodeReport:
-    """The last report of a node."""
-
-    level: int
-    message: str
-    values: Mapping[str, str]
-    age_s: float  # [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +63,7 @@ def stream_line(title: str, reading: StreamReading | None, delay_s: float | None
     return Line(mark=Mark.WARNING, title=title, text=text)
 
 
-def imu_line(report: NodeReport | None) -> Line:
+def imu_line(report: NodeStatus | None, now_ns: int) -> Line:
     """Status of all IMUs, from their bridge's report."""
     if report is None:
         return Line(mark=Mark.NOTHING, title="IMUs", text="no imu_bridge")
@@ -91,17 +83,17 @@ def imu_line(report: NodeReport | None) -> Line:
             text += f", {lost} frames lost on the air"
         if report.level:
             text += f"; {report.message}"
-    return node_line("IMUs", report, text)
+    return node_line("IMUs", report, now_ns, text)
 
 
-def node_line(title: str, report: NodeReport | None, text: str | None = None) -> Line:
+def node_line(title: str, report: NodeStatus | None, now_ns: int, text: str | None = None) -> Line:
     """Status of a node, with its own message or another text."""
     if report is None:
         return Line(mark=Mark.NOTHING, title=title, text="not running")
-    if report.age_s > NODE_SILENT_AFTER_S:
-        return Line(mark=Mark.BAD, title=title, text=f"silent for {report.age_s:.0f} s")
-    mark = Mark(report.level) if report.level in tuple(Mark) else Mark.BAD
-    return Line(mark=mark, title=title, text=text or report.message)
+    age_s = (now_ns - report.received_ns) / NS_PER_S
+    if age_s > NODE_SILENT_AFTER_S:
+        return Line(mark=Mark.BAD, title=title, text=f"silent for {age_s:.0f} s")
+    return Line(mark=Mark(report.level), title=title, text=text or report.message)
 
 
 def as_html(lines: Iterable[Line]) -> str:

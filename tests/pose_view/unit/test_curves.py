@@ -8,8 +8,10 @@ from viewed_bag import FRAME_NS, START_NS, moving_joints
 
 from pose_core.body.joint_angles import joint_angles
 from pose_core.joints import JOINT_INDEX
+from pose_node.level import Level
+from pose_node.node_status import NodeStatus
 from pose_view.curves import BodyTrack, curve, on_grid, titles
-from pose_view.plain_words import Line, Mark, NodeReport, as_html, imu_line, node_line, stream_line
+from pose_view.plain_words import Line, Mark, as_html, imu_line, node_line, stream_line
 from pose_view.stream_monitor import StreamMonitor
 from pose_view.web.plots import svg_plot, ticks
 
@@ -138,18 +140,20 @@ def test_a_steady_stream_is_good_news():
 
 def test_imus_are_summed_up():
     values = {"pelvis.rate_hz": "99.0", "pelvis.lost": "4", "head.rate_hz": "0.0", "head.lost": "1"}
-    report = NodeReport(level=1, message="silent nodes: head", values=values, age_s=0.3)
-    line = imu_line(report)
+    report = NodeStatus(
+        name="/imu_bridge", level=Level.WARN, message="silent nodes: head", values=values
+    )
+    line = imu_line(report, S // 3)
 
     assert line.text == "1 of 2 send, 99 Hz each, 5 frames lost on the air; silent nodes: head"
     assert line.mark is Mark.WARNING
 
 
 def test_a_silent_node_is_an_error():
-    report = NodeReport(level=0, message="tracking", values={}, age_s=8.0)
+    report = NodeStatus(name="/fusion", message="tracking")
 
-    assert node_line("Fusion", report).mark is Mark.BAD
-    assert node_line("Fusion", None).text == "not running"
+    assert node_line("Fusion", report, 8 * S).mark is Mark.BAD
+    assert node_line("Fusion", None, 8 * S).text == "not running"
 
 
 def test_lines_cannot_smuggle_html_into_the_page():

@@ -6,6 +6,7 @@ import pytest
 from viewed_bag import FRAME_NS, START_NS, moving_joints, skeleton_message
 
 from pose_fusion.conversions import to_header
+from pose_node.node_status import NodeStatus
 from pose_view.live import LiveGraph
 
 JOINTS = moving_joints(1.0)
@@ -60,9 +61,9 @@ def test_a_malformed_skeleton_is_counted(graph):
 
 def test_the_bag_is_read_from_the_recorders_report(graph):
     assert graph.bag() is None
-    graph.add_report("/recorder", 0, "not recording", {"bag": ""}, 0)
+    graph.add_report(NodeStatus(name="/recorder", message="not recording", values={"bag": ""}))
     assert graph.bag() == ""
-    graph.add_report("/recorder", 0, "recording", {"bag": "out/b"}, 0)
+    graph.add_report(NodeStatus(name="/recorder", message="recording", values={"bag": "out/b"}))
     assert graph.bag() == "out/b"
     assert any("recording" in line.text for line in graph.lines(S))
 

@@ -1,12 +1,13 @@
 """Messages of the graph received while a session was replayed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
+from pose_node.node_status import NodeStatus
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,20 +29,9 @@ class Poses:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Said:
-    """One node's report in ``/diagnostics``."""
-
-    arrived_ns: int
-    node: str
-    level: int
-    message: str
-    values: Mapping[str, str]
-
-
-@dataclass(frozen=True, kw_only=True)
 class Heard:
     """All received messages."""
 
     joints: Poses
     bodies: Poses
-    said: Sequence[Said]
+    said: Sequence[NodeStatus]

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_bench.faults.fault import Fault
-from pose_bench.faults.heard import Heard, Poses, Said
+from pose_bench.faults.heard import Heard, Poses
 from pose_core.api import FloatArray, joint_angles, without_sideways_flexion, wrapped
 from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import NS_PER_S
+from pose_node.node_status import NodeStatus
 from pose_sim.captured.trackers import at
 
 RECOVERY_S = 5.0  # [s] evaluated after a fault
@@ -134,14 +135,16 @@ def _step_deg(joints: Poses, truth: Truth) -> float:
     return float(max(beyond.max(initial=0.0), 0.0))
 
 
-def _said(fault: Fault, said: Sequence[Said], begin_ns: int, over_ns: int) -> tuple[float, str]:
+def _said(
+    fault: Fault, said: Sequence[NodeStatus], begin_ns: int, over_ns: int
+) -> tuple[float, str]:
     """Time [s] and text of the first new warning with one of the words."""
-    known = {one.node: one.message for one in said if one.arrived_ns < begin_ns}
+    known = {one.name: one.message for one in said if one.received_ns < begin_ns}
     for one in said:
         is_meant = one.level > 0 and any(word in one.message for word in fault.said)
-        is_new = begin_ns <= one.arrived_ns < over_ns and known.get(one.node) != one.message
+        is_new = begin_ns <= one.received_ns < over_ns and known.get(one.name) != one.message
         if is_meant and is_new:
-            return (one.arrived_ns - begin_ns) / NS_PER_S, f"{one.node}: {one.message}"
+            return (one.received_ns - begin_ns) / NS_PER_S, f"{one.name}: {one.message}"
     return float("nan"), ""
 
 

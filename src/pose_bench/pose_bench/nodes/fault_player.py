@@ -20,11 +20,13 @@ from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from pose_bench.faults.heard import Heard, Poses, Said
+from pose_bench.faults.heard import Heard, Poses
 from pose_bench.faults.packets import Frame, Imu, Note, Packet
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_fusion.conversions import sensor_frame
 from pose_fusion.nodes.qos import latched
+from pose_node.conversions import to_node_status
+from pose_node.node_status import NodeStatus
 
 BODY = "/humans/bodies/subject"
 SENSOR_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -43,7 +45,7 @@ class FaultPlayer(Node):
         self._publishers_by_topic: dict[str, Any] = {}
         self._joints: list[tuple[int, bytes]] = []
         self._skeletons: list[tuple[int, bytes]] = []
-        self._said: list[Said] = []
+        self._said: list[NodeStatus] = []
         self._executor = SingleThreadedExecutor()
         self.latest_s = 0.0  # [s] largest delay of a publication
         for kind, name, noted in (
@@ -63,19 +65,11 @@ class FaultPlayer(Node):
 
     def _on_said(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            self._said.append(
-                Said(
-                    arrived_ns=time.time_ns(),
-                    node=status.name,
-                    level=status.level[0],
-                    message=status.message,
-                    values={entry.key: entry.value for entry in status.values},
-                )
-            )
+            self._said.append(to_node_status(status, time.time_ns()))
 
     def has_said(self, node: str) -> bool:
         """Whether a node has sent a report."""
-        return any(said.node == node for said in self._said)
+        return any(said.name == node for said in self._said)
 
     def open(self, plan: Sequence[Planned]) -> None:
         """Create the publishers for a plan."""

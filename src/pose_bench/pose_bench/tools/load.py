@@ -107,7 +107,7 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
     steady_ns = begin_ns + round(STEADY_S * NS_PER_S)
     latency_ms, steps = latencies(noted["arrived"], steady_ns)
     steps = np.rint(steps[steps < 50.0])  # the pause between loops is longer
-    last = {said.node: said for said in heard.said}
+    last = {said.name: said for said in heard.said}
     counts = [last[node].values for node in ("/fusion", "/recorder") if node in last]
     names = ("messages_lost", "lost_messages")
     return LoadResult(

@@ -22,6 +22,7 @@ from visualization_msgs.msg import MarkerArray
 from pose_core.parameters import specs
 from pose_core.stamps import NS_PER_S, serialized_ns
 from pose_fusion.nodes.qos import latched
+from pose_node.conversions import to_node_status
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
@@ -210,9 +211,7 @@ class ViewerNode(Node):
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            values = {entry.key: entry.value for entry in status.values}
-            level = status.level[0]
-            self._graph.add_report(status.name, level, status.message, values, self._now_ns())
+            self._graph.add_report(to_node_status(status, self._now_ns()))
 
     def _trigger(self, name: str) -> None:
         client = self._triggers[name]
