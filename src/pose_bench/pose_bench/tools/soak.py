@@ -1,14 +1,13 @@
 """``./pose bench soak``: a day of live operation in one process, faster than real time."""
 
 import argparse
-import os
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
-from pathlib import Path
 
 import numpy as np
+import psutil
 
 from pose_bench.faults.judging import rmse_deg
 from pose_bench.speed import machine
@@ -80,7 +79,7 @@ def operate(period_ns: int = PERIOD_NS, is_light: bool = False) -> Iterator[Meas
         max_people=2,
         output_rate=10.0 if is_light else 100.0,
     )
-    start_s, due_ns = time.monotonic(), period_ns
+    process, start_s, due_ns = psutil.Process(), time.monotonic(), period_ns
     for loop in count():
         begin_ns, end_ns = START_NS + loop * LOOP_NS, (loop + 1) * LOOP_NS
         is_due = end_ns >= due_ns
@@ -93,9 +92,9 @@ def operate(period_ns: int = PERIOD_NS, is_light: bool = False) -> Iterator[Meas
         yield Measurement(
             hours=end_ns / HOUR_NS,
             taken_s=time.monotonic() - start_s,
-            memory_mb=resident_mb(),
-            files=len(os.listdir("/proc/self/fd")),
-            threads=len(os.listdir("/proc/self/task")),
+            memory_mb=process.memory_info().rss / 1e6,
+            files=process.num_fds(),
+            threads=process.num_threads(),
             outputs=session.outputs,
             rmse_deg=rmse_deg(session.take_kept(), truth_of(person, begin_ns)),
         )
@@ -107,12 +106,6 @@ def _run_loop(session: LiveSession, steps: Steps, begin_ns: int, visit: int) -> 
     for index, messages in enumerate(steps):
         shifted = [(each.source, each.shifted(begin_ns, visit)) for each in messages]
         session.step(shifted, begin_ns + (index + 1) * STEP_NS)
-
-
-def resident_mb() -> float:
-    """Resident memory of this process [MB]."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def broken_bounds(measured: Sequence[Measurement]) -> list[str]:
