@@ -32,6 +32,7 @@ from pose_io.bags import open_bag
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
 from pose_io.message_maker import MessageMaker
+from pose_io.names import sensor_frame
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.joint_map_files import find_joint_map
 from pose_io.references.reading import read_reference
@@ -265,7 +266,7 @@ def _messages(folder: Path) -> tuple[bytes, bytes, bytes]:
     """A ``SkeletonArray``, an ``Imu`` message, and a bag with both."""
     store = make_typestore()
     make = MessageMaker(store)
-    header = make.header(1_000_000_002, "kinect_left_optical_frame")
+    header = make.header(1_000_000_002, sensor_frame("left"))
     states = np.full(len(JOINTS), 2, np.uint8)
     person = make.skeleton(header, "1", np.tile([0.1, 0.2, 2.5], (len(JOINTS), 1)), states)
     frame = make.skeletons(header, [person, person])

@@ -25,9 +25,9 @@ from pose_core.api import (
 )
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.rotations import quaternion
+from pose_io.names import BODIES, WORLD_FRAME, sensor_frame
 from pose_node.conversions import ns_to_stamp
 
-WORLD_FRAME = "map"
 BONE_WIDTH = 0.03  # [m]
 JOINT_DIAMETER = 0.06  # [m]
 STATE_COLORS = {  # safe for colour-blind eyes
@@ -39,7 +39,7 @@ STATE_COLORS = {  # safe for colour-blind eyes
 
 def body_topics(body_id: str) -> dict[str, type]:
     """Types of the topics that carry a person's estimates."""
-    prefix = f"/humans/bodies/{body_id}"
+    prefix = f"{BODIES}{body_id}"
     return {
         f"{prefix}/joint_states": JointState,
         f"{prefix}/skeleton": Skeleton,
@@ -51,7 +51,7 @@ def body_topics(body_id: str) -> dict[str, type]:
 
 def urdf_topic(body_id: str) -> str:
     """The latched topic of the person's kinematic tree."""
-    return f"/humans/bodies/{body_id}/urdf"
+    return f"{BODIES}{body_id}/urdf"
 
 
 def to_messages(
@@ -229,11 +229,6 @@ def to_clock_messages(clocks: Clocks, stamp_ns: int) -> list[TimeReference]:
         )
         for source, clock in clocks.items()
     ]
-
-
-def sensor_frame(sensor: str) -> str:
-    """The frame of a Kinect's joints."""
-    return f"kinect_{sensor}_optical_frame"
 
 
 def _sensor_transforms(

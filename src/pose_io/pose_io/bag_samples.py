@@ -27,6 +27,7 @@ from pose_io.bags import BagMessage, BagReader
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.mcap import Entry
+from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.static_transforms import transforms_to_map
 from pose_io.topics import body_topic, imu_topics, sensor_topics
@@ -190,7 +191,7 @@ def read_body_series(bag: BagReader, body: str = "", namespace: str = "") -> Ske
     topic = body_topic(bag, "skeleton", body, namespace)
     if topic is None:
         raise InputError(
-            f"{bag.path} holds no {namespace}/humans/bodies/{body or '<id>'}/skeleton: "
+            f"{bag.path} holds no {namespace}{BODIES}{body or '<id>'}/skeleton: "
             f"found {', '.join(sorted(bag.topics))}"
         )
     return series_from_samples(

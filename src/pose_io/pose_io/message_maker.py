@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
+from pose_io.names import WORLD_FRAME, sensor_frame
 
 
 class MessageMaker:
@@ -93,8 +94,8 @@ class MessageMaker:
         transforms = [
             self.make(
                 "geometry_msgs/TransformStamped",
-                header=self.header(stamp_ns, "map"),
-                child_frame_id=f"kinect_{name}_optical_frame",
+                header=self.header(stamp_ns, WORLD_FRAME),
+                child_frame_id=sensor_frame(name),
                 transform=self.make(
                     "geometry_msgs/Transform",
                     translation=self._vector(T[:3, 3]),

@@ -1,6 +1,5 @@
 """Poses of the Kinects from the transforms of ``/tf_static``."""
 
-import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -9,9 +8,8 @@ import numpy as np
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
 from pose_core.kernels.rotations import matrix_of_quaternion
+from pose_io.names import SENSOR_FRAME, WORLD_FRAME
 
-SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
-WORLD_FRAME = "map"
 FARTHEST = 1e7  # [m] between two frames on Earth
 
 

@@ -4,13 +4,14 @@ import re
 from typing import TYPE_CHECKING
 
 from pose_core.errors import InputError
+from pose_io.names import BODIES
 
 if TYPE_CHECKING:  # rosbags takes long to load, and nodes use the names only
     from pose_io.bags import BagReader
 
 SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
 IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
-OTHER_BODY = re.compile(r"/humans/bodies/person_\d+/")
+OTHER_BODY = re.compile(rf"{BODIES}person_\d+/")
 
 
 def sensor_topics(bag: "BagReader") -> dict[str, str]:
@@ -25,9 +26,7 @@ def imu_topics(bag: "BagReader") -> dict[str, str]:
 
 def body_topic(bag: "BagReader", leaf: str, body: str = "", namespace: str = "") -> str | None:
     """The topic ``<namespace>/humans/bodies/<body>/<leaf>``; the subject's if none is named."""
-    pattern = re.compile(
-        rf"^{re.escape(namespace)}/humans/bodies/{re.escape(body) or '[^/]+'}/{leaf}$"
-    )
+    pattern = re.compile(rf"^{re.escape(namespace)}{BODIES}{re.escape(body) or '[^/]+'}/{leaf}$")
     found = [name for name in sorted(bag.topics) if pattern.match(name)]
     # Among several persons, the subject is the one not named person_<number>.
     return next(iter(sorted(found, key=lambda name: bool(OTHER_BODY.search(name)))), None)

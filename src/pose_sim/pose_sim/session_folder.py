@@ -16,6 +16,7 @@ from pose_core.plain_yaml import dump_yaml
 from pose_core.stamps import NS_PER_S
 from pose_io.bag_writer import BagWriter
 from pose_io.message_maker import MessageMaker
+from pose_io.names import ABOUT_TOPIC, BODIES, TRUTH_NAMESPACE, WORLD_FRAME, sensor_frame
 from pose_io.recordings.formats import plain_csv
 from pose_io.recordings.recording import Recording, make_recording, make_stream
 from pose_io.typestore import make_typestore
@@ -27,11 +28,10 @@ from pose_sim.virtual_imu import NODES
 
 TRUTH_RATE = 100.0  # [Hz]
 SUBJECT = "subject"
-BODY_TOPIC = f"/truth/humans/bodies/{SUBJECT}"
+BODY_TOPIC = f"{TRUTH_NAMESPACE}{BODIES}{SUBJECT}"
 SKELETON_TOPIC = f"{BODY_TOPIC}/skeleton"
 JOINT_STATES_TOPIC = f"{BODY_TOPIC}/joint_states"
-TF_TOPIC = "/truth/tf_static"
-ABOUT_TOPIC = "/truth/about"  # marks the data as synthetic
+TF_TOPIC = f"{TRUTH_NAMESPACE}/tf_static"
 
 
 KINECTS_FILE = "kinects.csv"
@@ -68,7 +68,9 @@ def write_truth(path: Path, session: Session, start_ns: int, note: str) -> None:
         bag.write(TF_TOPIC, make.sensor_transforms(session.sensor_poses, start_ns), start_ns)
         for index in range(0, len(times), step):
             stamp_ns = start_ns + round(float(times[index]) * NS_PER_S)
-            skeleton = make.skeleton(make.header(stamp_ns, "map"), SUBJECT, joints[index], tracked)
+            skeleton = make.skeleton(
+                make.header(stamp_ns, WORLD_FRAME), SUBJECT, joints[index], tracked
+            )
             bag.write(SKELETON_TOPIC, skeleton, stamp_ns)
             states = make.make(
                 "sensor_msgs/JointState",
@@ -169,7 +171,7 @@ def _description(session: Session, start_ns: int) -> dict[str, Any]:
         "parameters": parameters,
         "truth": {
             "sensor_poses": {
-                f"kinect_{name}_optical_frame": {
+                sensor_frame(name): {
                     "position": _plain(pose[:3, 3]),
                     "orientation": _plain(Rotation.from_matrix(pose[:3, :3]).as_quat()),
                 }

@@ -11,6 +11,7 @@ from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_io.bag_samples import read_extrinsics
 from pose_io.bags import BagReader
+from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.topics import sensor_topics
 from pose_view.curves import BodyTrack, track_of
@@ -84,7 +85,7 @@ class Recorded:
         self._read(bag, progress or (lambda _: None))
         if not self.bodies and not self._raw:
             raise InputError(
-                f"{bag.path} holds nothing to show: expected /humans/bodies/<id>/skeleton or"
+                f"{bag.path} holds nothing to show: expected {BODIES}<id>/skeleton or"
                 f" kinect_<name>/skeletons, found {', '.join(sorted(bag.topics))}"
             )
         stamps = [each.stamps_ns for each in self.bodies.values()]

@@ -14,6 +14,7 @@ from kinect_bridge.selected_source import make_source
 from kinect_bridge.sources.source import SkeletonFrame, SkeletonSource, Topic
 from pose_core.counters import Counters
 from pose_core.joints import TrackingState
+from pose_io.names import sensor_frame
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.message_types import message_class
@@ -40,7 +41,7 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
     def configure(self) -> None:
         """Open the source; a recording is read completely."""
         name = self.settings.checked_name()
-        self._frame_id = f"kinect_{name}_optical_frame"
+        self._frame_id = sensor_frame(name)
         self._source = make_source(self.settings)
         self.diagnostics.hardware_id = self._source.hardware_id
         self._publisher = self.create_publisher(

@@ -23,12 +23,12 @@ from tf2_msgs.msg import TFMessage
 from pose_bench.faults.heard import Heard, Poses
 from pose_bench.faults.packets import Frame, Imu, Note, Packet
 from pose_core.stamps import NS_PER_S, nanoseconds
-from pose_fusion.conversions import sensor_frame
 from pose_fusion.nodes.qos import latched
+from pose_io.names import BODIES, WORLD_FRAME, sensor_frame
 from pose_node.conversions import to_node_status
 from pose_node.node_status import NodeStatus
 
-BODY = "/humans/bodies/subject"
+BODY = f"{BODIES}subject"
 SENSOR_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE_QOS = QoSProfile(depth=1000)
 INT32 = np.iinfo(np.int32)
@@ -211,7 +211,7 @@ def _vector(values: Any) -> Vector3:
 def _static(note: Note) -> tuple[str, TFMessage]:
     message = TFMessage()
     if "raw" not in note.values:
-        parent, child = note.values.get("frames", ("map", sensor_frame("right")))
+        parent, child = note.values.get("frames", (WORLD_FRAME, sensor_frame("right")))
         transform = TransformStamped(
             header=Header(stamp=_time(note.stamp_ns), frame_id=parent), child_frame_id=child
         )

@@ -14,9 +14,9 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from pose_core.stamps import serialized_ns
+from pose_fusion.watching.stages import STAGE
+from pose_io.names import BODIES
 from pose_node.nodes.running import run_node
-
-STAGE = "latency_ms/"
 
 
 class LatencyProbe(Node):
@@ -26,7 +26,7 @@ class LatencyProbe(Node):
         super().__init__("latency_probe")
         self._arrived: dict[int, int] = {}
         self._stages: dict[str, str] = {}
-        topic = "/humans/bodies/subject/joint_states"
+        topic = f"{BODIES}subject/joint_states"
         self.create_subscription(JointState, topic, self._on_joint_state, 100, raw=True)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
 

@@ -18,6 +18,7 @@ from pose_io.bag_samples import read_body_series, read_estimates
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.message_maker import MessageMaker
+from pose_io.names import sensor_frame
 from pose_sim.captured.session import (
     SENSORS,
     CapturedSession,
@@ -75,7 +76,7 @@ def write_session(path: Path, session: CapturedSession, *, imus: bool) -> None:
                 )
             else:
                 topic = f"/kinect_{sample.sensor}/skeletons"
-                header = make.header(sample.stamp_ns, f"kinect_{sample.sensor}_optical_frame")
+                header = make.header(sample.stamp_ns, sensor_frame(sample.sensor))
                 state = np.asarray(sample.tracking_state, np.uint8)
                 skeleton = make.skeleton(header, sample.person, sample.positions, state)
                 message = make.skeletons(header, [skeleton])

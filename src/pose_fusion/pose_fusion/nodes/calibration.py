@@ -22,7 +22,6 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENT_ENDS
 from pose_fusion.conversions import (
-    sensor_frame,
     to_clock_messages,
     to_extrinsics_messages,
     to_static_tf,
@@ -33,6 +32,7 @@ from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.sample_reader import read_imus
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
+from pose_io.names import sensor_frame
 from pose_node.kept import kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode

@@ -25,6 +25,7 @@ from pose_fusion.watching.observation import (
     TopicWatch,
     TrackingWatch,
 )
+from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
@@ -35,7 +36,6 @@ from pose_node.nodes.running import node_of_tool
 
 DISCOVERY_S = 0.3  # [s] between searches for new topics
 DEPTH = 200  # [messages]
-BODIES = "/humans/bodies/"
 OTHERS = ("/tf", "/tf_static", "/diagnostics", "/extrinsics")
 WITH_HEADER = (SENSOR_TOPIC, IMU_TOPIC)
 LATENCIES = 1000  # number of stored latencies

@@ -27,17 +27,14 @@ from pose_evaluation.tables import (
     view_tables,
 )
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
-from pose_fusion.watching.findings import STAGE
-from pose_fusion.watching.stages import STAGES
+from pose_fusion.watching.stages import STAGE, STAGES
 from pose_io.bag_samples import read_body_series, read_extrinsics
 from pose_io.bags import BagReader, open_bag
+from pose_io.names import TRUTH_NAMESPACE
 from pose_io.robot_motion import COMMAND, ROBOT, TARGET, read_joint_motion
 from pose_io.topics import body_topic
 
 PLOT = "robot.png"
-
-
-TRUTH_NAMESPACE = "/truth"
 
 
 def draw_robot(bag: BagReader, run: DemoRun, console: Console) -> tuple[str, ...]:

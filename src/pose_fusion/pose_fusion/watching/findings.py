@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from enum import Enum
 
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
+from pose_fusion.watching.stages import STAGE
+from pose_io.names import BODIES
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_node.level import Level
 
 SLOWEST_SENSOR = 10.0  # [Hz] a Kinect gives 30
 LONGEST_LATENCY_S = 0.1  # [s] of a stage
-STAGE = "latency_ms/"  # before the stages' names in the diagnostics
 LARGEST_LEAD_S = 0.05  # [s] a stamp may lie in the future
-BODIES = "/humans/bodies/"
 
 
 class Verdict(Enum):

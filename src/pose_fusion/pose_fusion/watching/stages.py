@@ -6,6 +6,7 @@ import numpy as np
 
 KEPT = 300  # [frames] the last ten seconds
 PENDING = 16  # [frames] that are on their way, at most
+STAGE = "latency_ms/"  # before the stages' names in the diagnostics
 CAPTURE, TRANSPORT, FUSION = STAGES = ("capture_to_publication", "to_the_fusion", "to_the_output")
 
 
@@ -30,7 +31,7 @@ class LatencyStages:
     def as_dict(self) -> dict[str, str]:
         """Median and 99th percentile [ms] of each stage that is known."""
         return {
-            f"latency_ms/{name}": "{:.1f}, p99 {:.1f}".format(*np.percentile(times, [50, 99]))
+            STAGE + name: "{:.1f}, p99 {:.1f}".format(*np.percentile(times, [50, 99]))
             for name, times in self._times_ms.items()
             if times
         }

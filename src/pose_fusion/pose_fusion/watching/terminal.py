@@ -10,13 +10,13 @@ from rich.text import Text
 from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
+from pose_io.names import BODIES
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_node.level import Level
 from pose_node.node_status import NodeStatus
 
 SILENT_S = 1.0  # [s] a topic without messages for longer is shown as silent
 REPLAYED_S = 60.0  # [s] what is stamped longer ago comes from a recording
-BODIES = "/humans/bodies/"
 MIDDLE = ("head", "neck", "torso")
 PAIRED = tuple(joint.partition("_")[2] for joint in JOINTS if joint.startswith("left_"))
 LEVEL_STYLE = {Level.OK: "green", Level.WARN: "yellow", Level.ERROR: "red", Level.STALE: "red"}

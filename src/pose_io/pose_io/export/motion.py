@@ -26,11 +26,11 @@ from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_io.bags import BagReader
+from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.topics import body_topic
 
 SNAP_NS = 10_000  # [ns] a limb moves less than 0.1 mm in it
-BODIES = "/humans/bodies/"
 COMPARED = ("_kinect", "_imu")  # suffixes of bodies fused from one kind of sensor
 
 

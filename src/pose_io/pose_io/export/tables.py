@@ -14,7 +14,7 @@ from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion
-from pose_io.static_transforms import WORLD_FRAME
+from pose_io.names import WORLD_FRAME
 
 METRES = 3  # number of leading degrees of freedom that are lengths
 

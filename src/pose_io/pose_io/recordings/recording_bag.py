@@ -13,6 +13,7 @@ from typing import Any
 from pose_core.stamps import NS_PER_S
 from pose_io.bag_writer import BagWriter
 from pose_io.message_maker import MessageMaker
+from pose_io.names import sensor_frame
 from pose_io.recordings.recording import Recording, SensorStream
 from pose_io.recordings.stream_frames import frames_of_stream
 
@@ -55,7 +56,7 @@ def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
 
 def _messages(stream: SensorStream, name: str, shift_ns: int, make: MessageMaker) -> Any:
     """Stamp [ns], topic and message of each frame, in order of time."""
-    topic, frame_id = f"/kinect_{name}/skeletons", f"kinect_{name}_optical_frame"
+    topic, frame_id = f"/kinect_{name}/skeletons", sensor_frame(name)
     for _, time_ns, persons in frames_of_stream(stream):
         header = make.header(time_ns + shift_ns, frame_id)
         skeletons = [

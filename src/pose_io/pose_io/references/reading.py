@@ -5,6 +5,7 @@ from pathlib import Path
 from pose_core.errors import InputError
 from pose_io.bag_samples import read_body_series
 from pose_io.bags import BAG_SUFFIXES, BagReader, open_bag
+from pose_io.names import ABOUT_TOPIC, TRUTH_NAMESPACE
 from pose_io.references.c3d_file import read_c3d
 from pose_io.references.markers import skeleton_of_markers
 from pose_io.references.mot import read_mot
@@ -14,8 +15,6 @@ from pose_io.references.uiprmd import read_uiprmd
 from pose_io.references.vicon_csv import read_vicon_csv
 from pose_io.topics import body_topic
 
-TRUTH_NAMESPACE = "/truth"
-ABOUT_TOPIC = "/truth/about"  # present if the subject is synthetic
 MARKER_READERS = {".csv": read_vicon_csv, ".c3d": read_c3d, ".trc": read_trc}
 ANGLE_READERS = {".mot": read_mot, ".sto": read_mot}
 UIPRMD_NAME = "_positions.txt"  # ending of a repetition's file of that public data set

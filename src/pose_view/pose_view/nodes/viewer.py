@@ -22,6 +22,7 @@ from visualization_msgs.msg import MarkerArray
 from pose_core.parameters import specs
 from pose_core.stamps import NS_PER_S, serialized_ns
 from pose_fusion.nodes.qos import latched
+from pose_io.names import BODIES
 from pose_node.conversions import to_node_status
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
@@ -163,7 +164,7 @@ class ViewerNode(Node):
     def _forget(self, body: str) -> None:
         """Unsubscribe from a body that is no longer published."""
         self._graph.remove_body(body)
-        theirs = [s for s in self._looking if f"/humans/bodies/{body}/" in s.topic_name]
+        theirs = [s for s in self._looking if f"{BODIES}{body}/" in s.topic_name]
         for subscription in theirs:
             self._looking.remove(subscription)
             self.destroy_subscription(subscription)
