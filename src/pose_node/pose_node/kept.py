@@ -12,8 +12,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from pose_core.atomic_file import write_atomically
 from pose_core.errors import InputError
-from pose_core.private_file import write_private
 
 FOLDER = "pose_fusion"
 T = TypeVar("T")
@@ -75,4 +75,6 @@ class Kept(Generic[T]):
         """Save plain mappings, lists, texts and numbers, without waiting for the disk."""
         if self._path is not None:
             with suppress(InputError):
-                write_private(self._path, json.dumps(plain), self._name, is_synced=False)
+                write_atomically(
+                    self._path, json.dumps(plain).encode(), self._name, is_synced=False
+                )

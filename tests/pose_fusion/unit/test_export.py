@@ -158,7 +158,7 @@ def test_a_failure_leaves_the_old_file(recorded, tmp_path, monkeypatch, capsys):
 
     assert file.read_text() == "old"
     assert list(tmp_path.iterdir()) == [file]
-    assert capsys.readouterr().err == f"error: cannot write {file}: full disk\n"
+    assert capsys.readouterr().err == f"error: cannot write the motion {file}: full disk\n"
 
 
 def test_a_bag_without_a_fused_pose_says_what_to_do(tmp_path, monkeypatch, capsys):

@@ -60,7 +60,7 @@ LIGHT = {
         "parameters",
         "finite_numbers",
         "plain_yaml",
-        "private_file",
+        "atomic_file",
         "lower_line",
     )
 }

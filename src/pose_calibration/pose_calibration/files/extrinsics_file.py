@@ -40,10 +40,10 @@ from pose_calibration.files.file_values import (
     rounded,
 )
 from pose_core.api import BoardResiduals, Extrinsics, FloatArray, PairResiduals
+from pose_core.atomic_file import write_atomically
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.plain_yaml import dump_yaml, read_yaml
-from pose_core.private_file import write_private
 
 VERSION = 3
 READABLE = (1, 2, 3)  # 1 had no view offsets and no sections, 2 offsets but no clocks
@@ -81,7 +81,7 @@ def write_document(path: Path, document: Mapping[str, Any]) -> None:
     """
     text = "# Poses of the sensors. Lengths in m, quaternions as x, y, z, w.\n"
     text += dump_yaml(dict(document), default_flow_style=None, width=100)
-    write_private(path, text, "the calibration")
+    write_atomically(path, text.encode(), "the calibration")
 
 
 def read_document(path: Path) -> Mapping[Any, Any]:

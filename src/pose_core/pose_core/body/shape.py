@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.atomic_file import write_atomically
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
 from pose_core.finite_numbers import MAD_TO_STDDEV
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_core.plain_yaml import dump_yaml, read_yaml
-from pose_core.private_file import write_private
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
 SMALLEST_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
@@ -150,7 +150,7 @@ def save_body_shape(path: Path, model: BodyModel, shape: BodyShape, subject: str
             for name, index in JOINT_INDEX.items()
         },
     }
-    write_private(path, dump_yaml(document), "the body's measures")
+    write_atomically(path, dump_yaml(document).encode(), "the body's measures")
 
 
 def load_body_shape(path: Path, model: BodyModel) -> BodyShape:

@@ -1,8 +1,6 @@
 """``./pose export BAG --to FORMAT -o FILE``: converts a recorded motion for other programs."""
 
 import argparse
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +8,7 @@ from rich.console import Console
 from rich.progress import TimeRemainingColumn
 
 from pose_core.api import load_body_model
+from pose_core.atomic_file import write_atomically
 from pose_core.errors import InputError
 from pose_io.bags import open_bag
 from pose_io.export.exporter import ExportOptions
@@ -75,28 +74,6 @@ def _rate(text: str) -> float:
     return value
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file atomically.
-
-    Raises:
-        InputError: If it cannot be written.
-    """
-    temporary = None
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error
-    finally:
-        if temporary is not None and os.path.exists(temporary):
-            os.unlink(temporary)
-
-
 def summary(
     recorded: BodyMotion, written: BodyMotion, arguments: argparse.Namespace, rate: float
 ) -> list[str]:
@@ -157,7 +134,8 @@ def run() -> int | None:
         options = ExportOptions(
             file_name=arguments.output.name, rate=rate, opensim_model=arguments.opensim_model
         )
-        write_whole(arguments.output, exporter.content(written, options))
+        content = exporter.content(written, options)
+        write_atomically(arguments.output, content, "the motion", mode=0o666)
     for line in summary(recorded, written, arguments, rate):
         print(line)
     return None
