@@ -1,7 +1,9 @@
 """Running independent calls in several processes."""
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
+from itertools import starmap
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
@@ -11,16 +13,12 @@ Progress = Callable[[int, int], None]
 """Called with the number of finished calls, and of all calls."""
 
 
-def ignored(done: int, total: int) -> None:
-    """Show no progress."""
-
-
 def run_all(
     work: Callable[..., T],
     arguments: Sequence[tuple[Any, ...]],
     *,
     jobs: int,
-    progress: Progress = ignored,
+    progress: Progress = lambda _done, _total: None,
 ) -> list[T]:
     """Call a function with each of many arguments.
 
@@ -33,27 +31,16 @@ def run_all(
     Returns:
         The results in the order of the arguments, whatever the number of jobs.
     """
-    results: dict[int, T] = {}
+    results: list[T] = []
     progress(0, len(arguments))
-    for index, result in _in_any_order(work, arguments, min(jobs, len(arguments))):
-        results[index] = result
-        progress(len(results), len(arguments))
-    return [results[index] for index in range(len(arguments))]
-
-
-def _in_any_order(
-    work: Callable[..., T], arguments: Sequence[tuple[Any, ...]], jobs: int
-) -> Iterator[tuple[int, T]]:
-    if jobs <= 1:
-        for index, each in enumerate(arguments):
-            yield index, work(*each)
-        return
-    # Forked processes would inherit the progress bar's thread and its locks.
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(work, *each): index for index, each in enumerate(arguments)}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    with ExitStack() as stack:
+        found: Iterator[T] = starmap(work, arguments)
+        if min(jobs, len(arguments)) > 1:
+            # Forked processes would inherit the progress bar's thread and its locks.
+            context = get_context("spawn")
+            pool = stack.enter_context(ProcessPoolExecutor(jobs, mp_context=context))
+            found = pool.map(work, *zip(*arguments, strict=True))
+        for result in found:
+            results.append(result)
+            progress(len(results), len(arguments))
+    return results

@@ -34,7 +34,7 @@ class Signal:
     """Action on a process of the graph.
 
     Attributes:
-        what: ``kill``, ``pause``, ``resume``, or ``start`` (one more of the same).
+        what: ``kill``, ``pause`` or ``resume``.
         node: Executable of :mod:`pose_fusion`.
         after_s: Time after the fault's start [s].
     """
@@ -58,7 +58,6 @@ class Fault:
         signals: Signals to processes.
         lasts_s: Duration [s].
         silent: Whether the pose is unobservable, so that no output is accepted.
-        known: Reason of a known violation of a bound.
     """
 
     name: str
@@ -68,7 +67,6 @@ class Fault:
     signals: tuple[Signal, ...] = ()
     lasts_s: float = FAULT_S
     silent: bool = False
-    known: str = ""
 
 
 def each(sources: Sequence[str], to: Callable[[Any, Window], Packet | Sequence[Packet]]) -> Change:

@@ -11,45 +11,34 @@ from pose_bench.faults.judging import (
     MOST_STEP_DEG,
     Verdict,
 )
+from pose_bench.tables import TextTable
 
-HEAD = (
-    "fault", "step", "RMSE", "without it", "stamps", "said", "recovery", "gap", "verdict",
-)  # fmt: skip
+HEADER = "fault, step, RMSE, without it, stamps, said, recovery, gap, verdict"
 
 
-def markdown(verdicts: Sequence[Verdict]) -> str:
+def fault_table(verdicts: Sequence[Verdict]) -> TextTable:
     """The table with an explanation of its columns."""
-    rows = [row(verdict) for verdict in verdicts]
-    lines = [f"| {' | '.join(HEAD)} |", "|---|" + "---:|" * 7 + "---|"]
-    lines += [f"| {' | '.join(cells)} |" for cells in rows]
     holds = sum(not verdict.broken for verdict in verdicts)
-    lines += [
-        "",
-        f"{holds} of {len(verdicts)} faults keep all bounds.",
-        "",
-        "**step** [deg]: the largest change of a joint angle from one joint state to the next, "
-        f"beyond the truth's own; at most {MOST_STEP_DEG:g}. **RMSE** [deg] of the twelve angles "
-        "while the fault lasts, and that of an undisturbed run **without** the sensors that the "
-        f"fault makes unusable; at most {MOST_RATIO:g} times that. **stamps**: joint states ahead "
-        "of the clock / backwards / repeated; none. **said** [s]: until `/diagnostics` warns by "
-        f"name; at most {MOST_SAID_S:g}. **recovery** [s]: from the fault's end until every half "
-        "second is as "
-        f"good again; at most {MOST_RECOVERY_S:g}. **gap** [s]: the longest silence of the joint "
-        "states.",
-    ]
-    return "\n".join(lines)
+    return TextTable(
+        title="Faults in the live graph",
+        header=HEADER.split(", "),
+        rows=[row(verdict) for verdict in verdicts],
+        note=f"{holds} of {len(verdicts)} faults keep all bounds. "
+        "step [deg]: the largest change of a joint angle from one joint state to the next, "
+        f"beyond the truth's own; at most {MOST_STEP_DEG:g}. RMSE [deg] of the twelve angles "
+        "while the fault lasts, and that of an undisturbed run without the sensors that the "
+        f"fault makes unusable; at most {MOST_RATIO:g} times that. stamps: joint states ahead "
+        "of the clock / backwards / repeated; none. said [s]: until `/diagnostics` warns by "
+        f"name; at most {MOST_SAID_S:g}. recovery [s]: from the fault's end until every half "
+        f"second is as good again; at most {MOST_RECOVERY_S:g}. gap [s]: the longest silence "
+        "of the joint states.",
+    )
 
 
 def row(verdict: Verdict) -> list[str]:
     """Cells of one line."""
     fault = verdict.fault
     stamps = f"{verdict.ahead} / {verdict.backwards} / {verdict.repeated}"
-    if not verdict.broken:
-        judged = "holds"
-    else:
-        judged = "**" + ", ".join(verdict.broken) + "**"
-        if fault.known:
-            judged += f": {fault.known}"
     return [
         fault.name,
         f"{verdict.step_deg:.1f}",
@@ -59,7 +48,7 @@ def row(verdict: Verdict) -> list[str]:
         _number(verdict.said_s) if fault.said else "",
         _number(verdict.recovery_s),
         f"{verdict.longest_gap_s:.2f}",
-        judged,
+        ", ".join(verdict.broken) or "holds",
     ]
 
 

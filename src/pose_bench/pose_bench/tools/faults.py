@@ -7,8 +7,9 @@ from pathlib import Path
 
 from pose_bench.faults.catalogue import FAULTS, chosen
 from pose_bench.faults.judging import Verdict
-from pose_bench.faults.table import markdown, row
+from pose_bench.faults.table import fault_table, row
 from pose_bench.tools.fault_sessions import run_faults
+from pose_bench.tools.showing import document, show
 
 SUMMARY = "inject faults into the live graph: steps, errors, stamps, warnings, recovery"
 
@@ -25,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run; 1 if a bound is broken that is not known to be."""
+    """Run; 1 if a bound is broken."""
     faults = chosen(options.only, options.tenth)
     if options.list:
         print("\n".join(fault.name for fault in faults))
@@ -41,15 +42,15 @@ def run(options: argparse.Namespace) -> int:
                 print(f"    said: {verdict.said}", flush=True)
             if options.output:
                 _write(options.output, verdicts)
-    print(markdown(verdicts))
-    unknown = [v.fault.name for v in verdicts if v.broken and not v.fault.known]
-    if unknown:
-        print(f"{len(unknown)} of {len(FAULTS)} faults break a bound: {', '.join(unknown)}")
-    return 1 if unknown else 0
+    show([fault_table(verdicts)])
+    broken = [verdict.fault.name for verdict in verdicts if verdict.broken]
+    if broken:
+        print(f"{len(broken)} of {len(FAULTS)} faults break a bound: {', '.join(broken)}")
+    return 1 if broken else 0
 
 
 def _write(folder: Path, verdicts: list[Verdict]) -> None:
-    (folder / "reliability.md").write_text(markdown(verdicts) + "\n")
+    (folder / "reliability.md").write_text(document("Reliability", [fault_table(verdicts)]))
     plain = [
         {**vars(v), "fault": v.fault.name, "broken": v.broken}
         for v in verdicts

@@ -14,7 +14,18 @@ import numpy as np
 from rich.console import Console
 
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_bench.speed import OPENSIM, TEXTBOOK, WHOLE, exponent, growth, machine, update_timings
+from pose_bench.speed import (
+    FRAMES,
+    GROWTH_FRAMES,
+    OPENSIM,
+    SLOW_FRAMES,
+    TEXTBOOK,
+    WHOLE,
+    exponent,
+    growth,
+    machine,
+    update_timings,
+)
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.live_graph import LiveResult, run_live, stopped
 from pose_bench.tools.offline import fuse_cost
@@ -31,7 +42,6 @@ PARAMETERS = "/**:\n  ros__parameters:\n    extrinsics_file: {}\n"
 
 
 SUMMARY = "all of speed, live, offline and prediction against their goals, in one table"
-FRAMES, SLOW_FRAMES, GROWTH_FRAMES = 2000, 60, 300
 STARTS = 3
 LIVE_S = 45.0  # [s] of the live session
 FUSED_S = 7200.0  # [s] of the live session's bag, repeated, for the offline run

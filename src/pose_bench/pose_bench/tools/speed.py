@@ -6,12 +6,21 @@ from pathlib import Path
 import matplotlib
 from rich.console import Console
 
-from pose_bench.speed import TEXTBOOK, Timing, exponent, growth, machine, update_timings
+from pose_bench.speed import (
+    FRAMES,
+    GROWTH_FRAMES,
+    SLOW_FRAMES,
+    TEXTBOOK,
+    Timing,
+    exponent,
+    growth,
+    machine,
+    update_timings,
+)
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import document, output_folder, show
 
 SUMMARY = "how long one update takes, against plainly written filters, and how the cost grows"
-FRAMES, SLOW_FRAMES, GROWTH_FRAMES = 2000, 60, 300
 QUICK_SHARE = 20  # one in so many repeats is run by --quick
 
 
