@@ -1,0 +1,76 @@
+"""The picture that ``inspect`` draws of a recording's first frame."""
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pose_core.errors import writing
+from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_io.recordings.joint_maps import FloatArray, StateArray
+from pose_io.recordings.recording import Recording, SensorStream
+
+COLOURS = {"left": "#0072b2", "right": "#d55e00", "": "#444444"}  # the person's sides
+VIEWS = (("from the sensor", 0, 1), ("from above", 0, 2))  # title and axes of the optical frame
+AXES = ("x right [m]", "y down [m]", "z forward [m]")
+MAX_SENSORS = 8  # largest number drawn
+LIMBS = (("neck", "shoulder", "elbow", "hand"), ("torso", "hip", "knee", "foot"))
+BONES = (
+    ("head", "neck", ""),
+    ("neck", "torso", ""),
+    *(
+        (*(name if name in JOINT_INDEX else f"{side}_{name}" for name in pair), side)
+        for side in SIDES
+        for limb in LIMBS
+        for pair in itertools.pairwise(limb)
+    ),
+)
+
+
+def draw_first_frames(recording: Recording, path: Path) -> None:
+    """Write a PNG of the first frame: each sensor's view and the view from above.
+
+    Raises:
+        InputError: If the file cannot be written.
+    """
+    streams = recording.streams[:MAX_SENSORS]
+    figure = Figure(figsize=(4.5 * len(streams), 8.0), layout="constrained")
+    axes = figure.subplots(len(VIEWS), len(streams), squeeze=False)
+    for column, stream in enumerate(streams):
+        for row, view in enumerate(VIEWS):
+            _draw(axes[row, column], stream, view)
+    figure.suptitle(f"{Path(recording.source).name}: format {recording.format}")
+    with writing(path):
+        figure.savefig(path, format="png", dpi=80)
+
+
+def _draw(axes: Axes, stream: SensorStream, view: tuple[str, int, int]) -> None:
+    title, across, up = view
+    frame = next((i for i in range(len(stream)) if len(stream.rows(i))), None)
+    axes.set_title(f"{stream.name[:40]}, {title}", fontsize=9)
+    if frame is None:
+        axes.text(0.5, 0.5, "nobody was seen", transform=axes.transAxes, ha="center")
+        return
+    for row in stream.rows(frame):
+        person = stream.positions[row][:, [across, up]]
+        _draw_person(axes, person, stream.tracking_state[row])
+        seen = person[np.isfinite(person).all(axis=1)]
+        if len(seen):
+            axes.annotate(stream.person[row][:20], seen[0], fontsize=8)
+    axes.set(xlabel=AXES[across], ylabel=AXES[up], aspect="equal")
+    axes.margins(0.2)
+    if AXES[up].startswith("y"):
+        axes.invert_yaxis()
+    axes.grid(alpha=0.3)
+
+
+def _draw_person(axes: Axes, places: FloatArray, states: StateArray) -> None:
+    """Draw bones in the colours of the sides, dashed if a joint is not TRACKED."""
+    for start, end, side in BONES:
+        ends: Sequence[int] = (JOINT_INDEX[start], JOINT_INDEX[end])
+        tracked = (states[list(ends)] == TrackingState.TRACKED).all()
+        x, y = places[list(ends)].T
+        axes.plot(x, y, "o-" if tracked else "o--", color=COLOURS[side], markersize=3)
