@@ -27,8 +27,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="pose report",
         description="Measure a recorded bag and write one web page (report.html, opens without "
-        "internet, prints well) and CSV files. Estimators are run over the bag's raw streams (--methods). "
-        "With a reference, errors and correlations; without one, how well the methods agree.",
+        "internet, prints well) and CSV files. Estimators are run over the bag's raw streams "
+        "(--methods). With a reference, errors and correlations; without one, how well the methods "
+        "agree.",
         epilog="References: docs/references.md says which files, labels and signs are understood.",
     )
     parser.add_argument(
