@@ -2,7 +2,7 @@
 
 A step predicts over a random time, then updates with the samples of a random part of the IMUs and
 with random joints of a random camera, some of them anywhere. Occasionally the person is elsewhere,
-an IMU is aligned anew, or an IMU's sample is unrelated to the motion.
+an IMU is realigned, or an IMU's sample is unrelated to the motion.
 """
 
 from collections.abc import Iterator
@@ -103,7 +103,7 @@ def _frame(joints: FloatArray, rng: np.random.Generator) -> CameraFrame:
 
 
 def _realigned(state: FilterState, rng: np.random.Generator) -> FilterState:
-    """The state with one IMU aligned anew, within 0.2 rad."""
+    """The state with one IMU realigned, within 0.2 rad."""
     link = int(rng.integers(IMUS))
     R_sensor_link = Rotation.from_rotvec(rng.normal(0.0, 0.1, 3)).as_matrix()
     covariance = np.diag([0.1, 0.1, 0.2, 0.1]) ** 2

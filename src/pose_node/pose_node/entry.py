@@ -20,19 +20,20 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
-STOPPED = 0  # a node that is told to stop has done well, also while it starts
+STOPPED = 0  # of a node that ends on a signal, also while it starts
 AGAIN_S = 0.001  # before an interrupt that came to nothing comes again
 PIP_NAMES = {"cv2": "opencv-python-headless", "serial": "pyserial", "yaml": "PyYAML"}
 
 
 class Interrupt:
-    """What SIGINT does: breaks off what is being done, unless told not to, and is remembered.
+    """A signal's handler: raises KeyboardInterrupt, unless that is switched off.
 
-    A compiled module that is broken off in its making tells of a failed import instead.
+    An extension module that is interrupted while it is imported raises ImportError instead: then
+    :attr:`asked` tells why.
 
     Args:
-        once: For a node: a second signal is only remembered, since it must not break off the
-            ending; and a compilation, which takes a minute, is left at once, also in a callback:
+        once: For a node: only the first signal raises, since a second one must not interrupt the
+            shutdown; and the process exits at once from a compilation, which takes a minute, as
             the compiler drops exceptions.
     """
 
@@ -118,7 +119,7 @@ class Start:
 
 
 def leave(status: int) -> "NoReturn":
-    """End the process at once, deaf to further signals.
+    """End the process at once, ignoring further signals.
 
     Python would take half a second to free modules such as numba's one by one, in which one more
     signal ends it with an error.

@@ -1,7 +1,7 @@
 """State that a node saves while a graph runs, to continue with it after a crash.
 
 Kept in ``$XDG_STATE_HOME/pose_fusion`` (``~/.local/state``), readable by the owner alone, by node,
-ROS domain and run; what an earlier run has left goes with the first look of the next.
+ROS domain and run; the first reading in a run removes files of earlier runs.
 """
 
 import json
@@ -43,7 +43,7 @@ def kept_file(node: str, run: str) -> Path | None:
                 if not old.stem.endswith(path.stem):
                     old.unlink(missing_ok=True)
     except OSError:
-        return None  # a read-only home: the node works, and begins anew after a death
+        return None  # a read-only home: the node works, but restarts from nothing after a crash
     return path
 
 

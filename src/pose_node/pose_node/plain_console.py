@@ -5,7 +5,7 @@ import sys
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
 
-WIDTH = 200  # [columns] where no terminal tells: a table is cut nowhere
+WIDTH = 200  # [columns] without a terminal: no table is cut
 
 
 def plain_console() -> Console:

@@ -57,7 +57,7 @@ class CameraNoise:
         40.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
     )
     delay_memory: float = 8.0  # [s]
-    nis_memory: float = 0.05  # [s] over which the NIS is smoothed that tells contradicted links
+    nis_memory: float = 0.05  # [s] over which the NIS is smoothed, for finding contradicted links
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -56,7 +56,7 @@ class ExchangeCheck:
             stamp_ns: The instant [ns].
             positions: Joints by the cameras in map, (sensors, 15, 3) [m].
             tracking_state: (sensors, 15).
-            imus: The IMUs at that instant; sums start anew if they, or their slips, change.
+            imus: The IMUs at that instant; the sums restart if they, or their slips, change.
         """
         key = (imus.segments, *sorted(imus.slips.items()))
         if key != self._key:
@@ -84,7 +84,7 @@ class ExchangeCheck:
             self._weight += weights
 
     def _restart(self, key: tuple[object, ...], segments: tuple[str, ...]) -> None:
-        """Start anew with the IMUs of these segments, those of known directions."""
+        """Restart with the IMUs of these segments, those of known directions."""
         self._key = key
         self._segments = tuple(name for name in segments if name in SEGMENT_ENDS)
         self._rows = np.array([segments.index(name) for name in self._segments], np.int64)

@@ -1,4 +1,4 @@
-"""How large a person is, as the sensors see them: what tells two persons apart."""
+"""A person's body size as measured by the sensors, which distinguishes two persons."""
 
 from dataclasses import dataclass, field
 

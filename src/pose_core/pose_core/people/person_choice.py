@@ -25,7 +25,7 @@ class PersonChoice:
     - ``imus``: who wears the IMUs;
     - anything else: whom a sensor gives this id.
 
-    Somebody who leaves stays chosen for six seconds; then the rule chooses anew.
+    Somebody who leaves stays chosen for six seconds; then the rule chooses again.
 
     Args:
         rule: The rule.

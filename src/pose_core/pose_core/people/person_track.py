@@ -82,12 +82,12 @@ class PersonTrack:
         """Whether they are a known person whom a sensor sees at this instant [ns]."""
         return self.presence is Presence.PRESENT and self.unseen_s(stamp_ns) < LOST_AFTER_S
 
-    def update(self, stamp_ns: int, seen: FloatArray, anew: bool = False) -> None:
-        """Update with joints in the common frame, (15, 3) [m]; ``anew``: without a prediction."""
-        expected = seen if anew else self.predicted(stamp_ns)
+    def update(self, stamp_ns: int, seen: FloatArray, restarts: bool = False) -> None:
+        """Update with joints in the common frame, (15, 3) [m]; ``restarts``: not predicted."""
+        expected = seen if restarts else self.predicted(stamp_ns)
         blended = expected + POSITION_GAIN * (seen - expected)
         place = np.where(np.isfinite(blended), blended, np.where(np.isfinite(seen), seen, expected))
-        if anew:
+        if restarts:
             self._anchor, self.velocity = None, np.zeros(3)
         self._measure_velocity(stamp_ns, place)
         self.positions = np.asarray(place)

@@ -115,7 +115,7 @@ class Reidentification:
         """Mark somebody as back, with doubt until their size has been compared."""
         self._counters.add("returned")
         track.presence = Presence.PRESENT
-        track.update(stamp_ns, joints, anew=True)
+        track.update(stamp_ns, joints, restarts=True)
         track.restart_recent_size(stamp_ns)
         self._doubts.add(track.number)
 
@@ -181,7 +181,7 @@ class Reidentification:
             views=track.views,
             frames=track.frames,
         )
-        other.update(stamp_ns, track.positions, anew=True)
+        other.update(stamp_ns, track.positions, restarts=True)
         track.presence, track.views = Presence.ABSENT, {}
         self.drop_recent_size(track)
         return other

@@ -115,7 +115,7 @@ class TrackManager:
             initiated_at=centre(joints),
             positions=np.full_like(joints, np.nan),
         )
-        track.update(stamp_ns, joints, anew=True)
+        track.update(stamp_ns, joints, restarts=True)
         track.note_detection(sample, stamp_ns)
         track.size.add(sample)
         self.tracks.append(track)

@@ -14,7 +14,7 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 MessageInfo = Mapping[str, Any]
-"""What the middleware tells of a message: times, and its publisher's number."""
+"""What the middleware reports of a message: times, and its publisher's sequence number."""
 
 
 class NotWoken(CallbackGroup):

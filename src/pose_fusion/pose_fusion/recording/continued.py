@@ -1,4 +1,4 @@
-"""A recording that goes on: in the next bag when one is long enough, or once the disk has room."""
+"""A recording in a series of bags: the next one follows at a limit, or when the disk has room."""
 
 import shutil
 import time
@@ -11,16 +11,16 @@ from pose_core.errors import PoseError
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import Recording, free_path
 
-RETRY_S = 2.0  # [s] after which a recording that had to end is begun anew
+RETRY_S = 2.0  # [s] after which a recording that failed is continued in a new bag
 LATCHED_KEPT = 50  # messages of a latched topic with which the next bag begins
 BYTES_PER_MB = 1_000_000
 
 
 class ContinuedRecording:
-    """A row of bags: ``bag``, ``bag-2``, …, each whole by itself.
+    """A series of bags: ``bag``, ``bag-2``, …, each complete by itself.
 
-    A disk that is full, or a folder that has gone, ends a bag, not the recording: it is said in
-    :attr:`trouble` and tried again.
+    A full disk, or a removed folder, ends a bag, not the recording: :attr:`trouble` gives the
+    reason, and a new bag is tried.
 
     Args:
         path: The first folder to make; it must not exist.
@@ -80,7 +80,7 @@ class ContinuedRecording:
         try:
             self._recording.write(topic, data, stamp_ns)
         except PoseError as error:
-            self._suffer(error)
+            self._fail(error)
 
     def flush(self) -> None:
         """Complete on disk what has come so far; begin the next bag if it is time to."""
@@ -92,7 +92,7 @@ class ContinuedRecording:
             if self._is_long_enough():
                 self._go_on()
         except PoseError as error:
-            self._suffer(error)
+            self._fail(error)
 
     def close(self) -> None:
         """Complete the last bag.
@@ -121,7 +121,7 @@ class ContinuedRecording:
             for data in self._latched.get(topic, ()):
                 self._recording.write(topic, data, self._newest_ns)
 
-    def _suffer(self, error: PoseError) -> None:
+    def _fail(self, error: PoseError) -> None:
         self.trouble = str(error)
         self._retry_s = time.monotonic() + RETRY_S
 

@@ -45,7 +45,7 @@ def dated_path() -> Path:
 def continued_path(path: Path) -> Path:
     """The path itself, or a free one beside it if a recorder was killed in its midst.
 
-    The last bag of a row is looked at: those before it were complete when it was begun.
+    Only the last bag of a series is checked: those before it were completed before it.
     """
     if not path.name:
         raise InputError(f"{path} exists already: name a folder to be made")

@@ -1,4 +1,4 @@
-"""What is wrong with a graph, said so that it can be mended."""
+"""Faults of a graph, with their remedies."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ class Area:
         return self._finding(subject, Verdict.NOTE, found, remedy)
 
     def wrong(self, subject: str, found: str, remedy: str) -> Finding:
-        """Something that has to be mended."""
+        """A fault to be mended."""
         return self._finding(subject, Verdict.WRONG, found, remedy)
 
     def _finding(self, subject: str, verdict: Verdict, found: str, remedy: str = "") -> Finding:
@@ -60,7 +60,7 @@ GRAPH = Area("graph")
 
 
 def graph_findings(snapshot: GraphSnapshot) -> list[Finding]:
-    """Everything that a graph's state tells."""
+    """All findings in a graph's state."""
     if not snapshot.hears_itself:
         return [
             GRAPH.wrong(

@@ -1,4 +1,4 @@
-"""The option that says how long a tool listens to the graph before it tells what it heard."""
+"""The option for the time that a tool listens to the graph before it reports."""
 
 import argparse
 

@@ -24,7 +24,7 @@ GB, MB = 1e9, 1e6  # [bytes]
 
 
 def machine_findings(folder: Path, environment: Mapping[str, str]) -> Iterator[Finding]:
-    """Everything that the machine tells.
+    """All findings about the machine.
 
     Args:
         folder: Where recordings go.

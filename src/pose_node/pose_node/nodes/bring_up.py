@@ -19,8 +19,8 @@ NEXT = {
     State.PRIMARY_STATE_UNCONFIGURED: (Transition.TRANSITION_CONFIGURE, "configure"),
     State.PRIMARY_STATE_INACTIVE: (Transition.TRANSITION_ACTIVATE, "activate"),
 }
-PATIENCE_LOOKS = 20  # [-] after so many looks without an answer it is asked again
-REFUSED_LOOKS = 10  # [-] so many looks after a refusal it is tried again
+UNANSWERED_PERIODS = 20  # [-] without a response, after which a request is repeated
+REFUSED_PERIODS = 10  # [-] after a refused transition, before it is requested again
 
 
 class BringUp(Node):
@@ -42,11 +42,11 @@ class BringUp(Node):
         self._getters = {n: self.create_client(GetState, f"{n}/get_state") for n in names}
         self._setters = {n: self.create_client(ChangeState, f"{n}/change_state") for n in names}
         self._states = dict.fromkeys(names, "not there")
-        self._waits = 0  # [looks] until the next question
-        steady_timer(self, self._settings.period, self._look)
+        self._waits = 0  # [periods] until the next request
+        steady_timer(self, self._settings.period, self._check)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
 
-    def _look(self) -> None:
+    def _check(self) -> None:
         self._waits -= 1
         if self._waits <= 0:
             self._waits = 0
@@ -58,7 +58,7 @@ class BringUp(Node):
         if not self._getters[name].service_is_ready():
             self._note(name, "not there")
             return
-        self._waits = PATIENCE_LOOKS
+        self._waits = UNANSWERED_PERIODS
         future = self._getters[name].call_async(GetState.Request())
         future.add_done_callback(partial(self._on_state, index))
 
@@ -73,7 +73,7 @@ class BringUp(Node):
         if state.id not in NEXT or not self._setters[name].service_is_ready():
             return
         number, step = NEXT[state.id]
-        self._waits = PATIENCE_LOOKS
+        self._waits = UNANSWERED_PERIODS
         request = ChangeState.Request(transition=Transition(id=number))
         future = self._setters[name].call_async(request)
         future.add_done_callback(partial(self._on_changed, index, step))
@@ -84,7 +84,7 @@ class BringUp(Node):
             self._ask(index)
             return
         name = self._settings.nodes[index]
-        self._waits = REFUSED_LOOKS
+        self._waits = REFUSED_PERIODS
         self._note(name, f"refuses to {step}: its log and /diagnostics say why")
 
     def _note(self, name: str, state: str) -> None:

@@ -77,14 +77,14 @@ class QuickExecutor(SingleThreadedExecutor):
         self._run_tasks()
 
     def _finish(self, execute: Callable[[], Coroutine[Any, Any, None]] | None) -> None:
-        """Run what rclpy has made of something that is rare."""
+        """Run the coroutine that rclpy makes of a service's request or response."""
         if execute is not None:
             task = Task(execute, executor=self)
             task()
             task.result()
 
     def _run_tasks(self) -> None:
-        """What has been left for later: who waits for a service's answer is told it."""
+        """Run deferred tasks, such as those that await a service's response."""
         with self._tasks_lock:
             tasks = list(self._tasks)
             self._tasks.clear()
