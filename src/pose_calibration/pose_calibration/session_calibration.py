@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import (
@@ -21,6 +23,7 @@ from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
     IMUS,
     AlignedFrame,
+    Clock,
     Clocks,
     Extrinsics,
     ImuBlock,
@@ -31,6 +34,7 @@ from pose_core.api import (
 from pose_core.stamps import NS_PER_S
 
 MAX_CLOCK_OFFSET_S = 0.5  # [s] of the search
+FARTHEST_CLOCK_OFFSET_S = 5.0  # [s] of a second search, if the first finds no offset
 LEAST_CLOCK_OFFSET_S = 0.01  # [s] smaller ones are as likely a tracker's lag
 MOST_TRIED = 3  # [-] people tried, one after the other
 
@@ -59,7 +63,6 @@ def calibrate(
     limits: CalibrationLimits | None = None,
     mounting: KnownMounting | None = None,
     find_clock_offsets: bool = True,
-    max_clock_offset_s: float = MAX_CLOCK_OFFSET_S,
 ) -> SessionCalibration:
     """Calibrate a recorded session.
 
@@ -71,14 +74,13 @@ def calibrate(
         limits: Quality that the calibration must reach.
         mounting: Known tilt and height of the reference sensor.
         find_clock_offsets: Whether to estimate the offsets between the sources' clocks.
-        max_clock_offset_s: Largest offset [s] of the search.
 
     Raises:
         CalibrationError: If the recording does not determine it; the message says why.
     """
     by_sensor, memory = _sorted(samples, sensors)
     searched = sensors if find_clock_offsets else sensors[:1]
-    offsets, clocks = estimate_clock_offsets(by_sensor, searched, max_clock_offset_s)
+    offsets, clocks = _clock_offsets(by_sensor, searched)
     frames = _aligned(by_sensor, clocks)
     calibrator = ExtrinsicsCalibrator(sensors, limits, mounting)
     for frame in frames:
@@ -86,7 +88,7 @@ def calibrate(
     extrinsics = replace(calibrator.solve(), clocks=clocks)
     found = None
     if memory.segments:
-        found = imu_findings(extrinsics, by_sensor, memory, max_clock_offset_s)
+        found = _imu_findings(extrinsics, by_sensor, memory)
         if found.gravity is not None:
             extrinsics = calibrator.leveled(extrinsics, found.gravity)
         if found.clock is not None and find_clock_offsets:
@@ -131,7 +133,6 @@ def calibrate_people(
 def complete(
     frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
     extrinsics: Extrinsics,
-    max_clock_offset_s: float = MAX_CLOCK_OFFSET_S,
 ) -> Extrinsics:
     """Known poses of a recorded session's sensors, with what they lack: clocks and body measures.
 
@@ -140,7 +141,6 @@ def complete(
     Args:
         frames: See :func:`calibrate_people`.
         extrinsics: The known poses; their clocks and body measures are kept, if there are any.
-        max_clock_offset_s: Largest offset [s] of the search.
 
     Raises:
         CalibrationError: If a sensor has no skeletons, or no person's views agree.
@@ -153,7 +153,7 @@ def complete(
     if extrinsics.clocks:
         return extrinsics
     duration_s = (samples[-1].stamp_ns - samples[0].stamp_ns) / NS_PER_S
-    offsets, clocks = estimate_clock_offsets(by_sensor, extrinsics.sensors, max_clock_offset_s)
+    offsets, clocks = _clock_offsets(by_sensor, extrinsics.sensors)
     clocks = {
         name: clock
         for name, clock in clocks.items()
@@ -161,10 +161,35 @@ def complete(
     }
     extrinsics = replace(extrinsics, clocks=clocks)
     if memory.segments:
-        found = imu_findings(extrinsics, by_sensor, memory, max_clock_offset_s)
+        found = _imu_findings(extrinsics, by_sensor, memory)
         if found.clock is not None:
             extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
     return extrinsics
+
+
+def _clock_offsets(
+    by_sensor: Mapping[str, Sequence[SkeletonSample]], sensors: Sequence[str]
+) -> tuple[dict[str, ClockOffset], dict[str, Clock]]:
+    """See :func:`estimate_clock_offsets`; an offset that is not found is searched farther."""
+    offsets, clocks = estimate_clock_offsets(by_sensor, sensors, MAX_CLOCK_OFFSET_S)
+    unknown = [name for name, offset in offsets.items() if not offset.observable]
+    if unknown:
+        again = (sensors[0], *unknown)
+        more, more_clocks = estimate_clock_offsets(by_sensor, again, FARTHEST_CLOCK_OFFSET_S)
+        offsets, clocks = {**offsets, **more}, {**clocks, **more_clocks}
+    return offsets, clocks
+
+
+def _imu_findings(
+    extrinsics: Extrinsics,
+    by_sensor: Mapping[str, Sequence[SkeletonSample]],
+    memory: ImuMemory,
+) -> ImuFindings:
+    """See :func:`imu_findings`; an offset that is not found is searched farther."""
+    found = imu_findings(extrinsics, by_sensor, memory, MAX_CLOCK_OFFSET_S)
+    if np.isfinite(found.offset_stddev_s):
+        return found
+    return imu_findings(extrinsics, by_sensor, memory, FARTHEST_CLOCK_OFFSET_S)
 
 
 def _all(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> list[SkeletonSample]:

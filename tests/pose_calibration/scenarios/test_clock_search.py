@@ -11,6 +11,8 @@ from pose_calibration.clocks.clock_offset import estimate_clock_offset
 from pose_calibration.inertial.imu_clock import imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.live.clock_tracking import EVERY_NS, ClockTracker
+from pose_calibration.session_calibration import calibrate
+from pose_core.streams.clocks import IMUS
 from pose_core.streams.samples import block_of
 
 STEADY = {"kinect": {"inertia": 0.0, "lag": 0.0}}  # trackers that follow all joints alike
@@ -127,6 +129,19 @@ def test_imus_on_the_same_computer_are_left_alone():
     found = findings(0.0, overrides=())
     assert np.isfinite(found.offset_stddev_s)
     assert found.clock is None
+
+
+@pytest.mark.parametrize("offset_s", [1.7, -4.2])
+def test_in_a_recording_clocks_that_are_seconds_apart_are_found(offset_s):
+    one = session("dance", 3, 0.0, imus=True)
+    offset_ns = round(offset_s * 1e9)
+    right = delayed(of(one.skeletons, "right"), offset_ns)
+    imus = [block_of(sample) for sample in delayed(one.imus, -offset_ns)]
+
+    found = calibrate([*of(one.skeletons, "left"), *right, *imus], ("left", "right")).extrinsics
+
+    assert found.clocks["right"].offset_ns * 1e-9 == pytest.approx(offset_s, abs=0.03)
+    assert found.clocks[IMUS].offset_ns * 1e-9 == pytest.approx(-offset_s, abs=0.06)
 
 
 def test_two_offsets_of_the_imus_differ_by_what_they_differ_to_5_ms():

@@ -18,7 +18,7 @@ from pose_core.api import Clock, FloatArray, SkeletonSample, transformed
 from pose_core.stamps import NS_PER_S
 
 GRID_RATE = 50.0  # [Hz] of the search for the shift
-FIT_SHIFTS_S = (0.0, -0.3, 0.3)  # [s] under which the relative rotation is estimated
+FIT_STEP_S = 0.3  # [s] between the shifts under which the relative rotation is estimated
 COARSE_SLOW_S = 3.0  # [s] slower differences are filtered out
 LEAST_WHOLE = 0.8  # [-] share of that time in which a joint must be known
 LEAST_OVERLAP_S = 2.0  # [s] of a joint in both views, under every shift
@@ -132,7 +132,7 @@ def find_shift(a: Track, b: Track, max_offset_s: float) -> float | None:
         b: The other sensor's view.
         max_offset_s: Largest shift of the search [s].
     """
-    turned = _turned_alike(a, b)
+    turned = _turned_alike(a, b, max_offset_s)
     if turned is None:
         return None
     reach = round((max_offset_s + BEYOND_S) * GRID_RATE)
@@ -152,10 +152,11 @@ def find_shift(a: Track, b: Track, max_offset_s: float) -> float | None:
     return float(shifts[best])
 
 
-def _turned_alike(a: Track, b: Track) -> Track | None:
+def _turned_alike(a: Track, b: Track, max_offset_s: float) -> Track | None:
     """The other's view transformed to the reference's frame, fitted under the shifts tried."""
     fits = []
-    for shift in FIT_SHIFTS_S:
+    steps = int(max_offset_s / FIT_STEP_S)
+    for shift in FIT_STEP_S * np.arange(-steps, steps + 1):
         moved = b.at(a.stamps + shift)
         known = np.isfinite(a.positions + moved).all(axis=2)
         try:
