@@ -11,12 +11,10 @@ from pose_view.robot import JointTrack, RobotTrack
 from pose_view.web.places import Place
 from pose_view.web.server import LocalServer
 
-WIDTH, HEIGHT = 340, 128
+WIDTH, HEIGHT = 340, 128  # [px] of a plot, whose width is the panel's
 LEFT, RIGHT, TOP, BOTTOM = 40, 8, 6, 30
 MOST_TICKS = 5  # [-]
 STEPS = (1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0)  # between ticks
-
-
 DEFAULTS = (
     "Pitch: right forearm",
     "Yaw: right forearm",
@@ -25,7 +23,6 @@ DEFAULTS = (
 )
 GRID_RATE = 20.0  # [Hz] points of a curve
 GAP_S = 0.25  # [s] longest interval that is interpolated
-WIDTH = 340  # [px] of the panel
 MARGIN = 5.0  # [°] above and below the curves
 ROBOT = "Robot: "  # prefix of a robot's joint
 ASKED_LINE, ROBOT_LINE = "#c2541b", "#39424e"  # of the person's pose and the robot, for CSS
