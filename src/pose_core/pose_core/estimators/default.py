@@ -14,6 +14,7 @@ from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.filter.camera import CameraFrame
+from pose_core.filter.crossed_limbs_check import CrossedLimbsCheck
 from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.facing_check import FacingCheck
 from pose_core.filter.imu import NO_IMUS, ImuFrame
@@ -45,6 +46,7 @@ class DefaultEstimator(StepwiseEstimator):
         "filter_restarts_gap",
         "filter_restarts_strayed",
         "filter_restarts_backwards",
+        "filter_restarts_crossed",
         "filter_restarts_numerical",
         "frames_without_trunk",
         "frames_too_late",
@@ -74,6 +76,7 @@ class DefaultEstimator(StepwiseEstimator):
         )
         self._alignments = ImuAlignments(model, self.tuning.imu.spine_bend)
         self._facing = FacingCheck()
+        self._crossed = CrossedLimbsCheck()
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
         self._nis = np.full(1, CONSISTENT_NIS)
@@ -179,6 +182,7 @@ class DefaultEstimator(StepwiseEstimator):
         self.counters.add("filter_starts")
         self._alignments.restart()
         self._facing.restart()
+        self._crossed.restart()
         self._stamp_ns = observation.stamp_ns
         self._diverged_since_ns = None
         return True
@@ -200,9 +204,9 @@ class DefaultEstimator(StepwiseEstimator):
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
             if not any(joints) or not self._uses_cameras():
                 continue
-            frame, is_backwards = self._frame(observation, sensor, late_s)
-            if is_backwards and self._start(observation):
-                self.counters.add("filter_restarts_backwards")
+            frame, fault = self._frame(observation, sensor, late_s)
+            if fault and self._start(observation):
+                self.counters.add(f"filter_restarts_{fault}")
                 self._alignments.restart(discard=True)
                 return result
             result = self._filter.update_with_frame(frame, information[0])
@@ -217,8 +221,8 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _frame(
         self, observation: Observation, sensor: int, late_s: float
-    ) -> tuple[CameraFrame, bool]:
-        """One camera's frame with its swaps corrected; whether the state faces backwards."""
+    ) -> tuple[CameraFrame, str]:
+        """One camera's frame with its swaps corrected; what is wrong with the state, or nothing."""
         assert self._filter.state is not None
         measured = CameraFrame(
             sensor,
@@ -231,8 +235,10 @@ class DefaultEstimator(StepwiseEstimator):
         self.counters.add("sides_swapped", swaps)
         state = self._filter.state
         passed_s = min(state.silent_s[sensor], LONGEST_GAP_S) / len(state.silent_s)
-        is_backwards = self._facing.faces_backwards(measured, state.pose.rotations[0], passed_s)
-        return frame, is_backwards
+        is_crossed = self._crossed.is_crossed(sensor, swaps, passed_s)
+        if self._facing.faces_backwards(measured, state.pose.rotations[0], passed_s):
+            return frame, "backwards"
+        return frame, "crossed" if is_crossed else ""
 
     def _uses_cameras(self) -> bool:
         """Whether the filter uses the cameras' frames."""

@@ -85,7 +85,8 @@ class FusionParameters(Li2020Parameters):
         unit="s",
         limits=(0.0, 0.2),
         doc="known delay of the Kinects' joints relative to their stamps; with IMUs it is the"
-        " prior mean for the default estimator's estimate of each tracker's delay",
+        " prior mean for the default estimator's estimate of each tracker's delay; 0: what the"
+        " cameras' offsets tell, up to 0.1 s",
     )
     kinect_attitude_stddev: float = parameter(
         0.05,

@@ -22,8 +22,11 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.layout import Layout
+from pose_core.filter.motion import LARGEST_STDDEV
 from pose_core.filter.state import NO_COLUMN, FilterState, inject_error
 from pose_core.filter.tuning import MotionPrior
+
+AT_BOUND = 1.0 - 1e-6  # [-] of the largest variance of a rotation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +66,9 @@ def _smooth(
 ) -> None:
     """Correct a state by the next smoothed state, in place; unchanged if P is singular.
 
+    Nor is it changed where the prediction has reached the bound of unobserved rotations, which F
+    does not model: over seconds without a camera the gain would grow.
+
     Args:
         state: The filter's state.
         later: The next one, smoothed.
@@ -72,6 +78,9 @@ def _smooth(
     """
     own = np.ix_(columns, columns)
     P, P_predicted = state.P[own], predicted.P[own]
+    rotations = np.diag(P_predicted)[3 : len(columns) // 2]
+    if rotations.max() >= AT_BOUND * LARGEST_STDDEV**2:
+        return
     try:
         G = cho_solve(cho_factor(P_predicted), F @ P).T
     except LinAlgError:
@@ -82,7 +91,6 @@ def _smooth(
     covariance = P + G @ (later.P[own] - P_predicted) @ G.T
     if np.all(np.diag(covariance) > 0.0):
         state.P[own] = 0.5 * (covariance + covariance.T)
-    # Otherwise keep the filter's: F does not model the bound of unobserved rotations.
 
 
 def of_body(state: FilterState, layout: Layout) -> FilterState:

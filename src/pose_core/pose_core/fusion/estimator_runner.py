@@ -1,6 +1,7 @@
 """Second part of the pipeline: from observations to estimates, with the selected estimator."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
@@ -57,6 +58,8 @@ class EstimatorRunner:
         self._shape: BodyShape | None = None
         self._estimator: Estimator | None = None
         self._sensor_to_segment: SensorsToSegments = {}
+        self.tracker_delay_s = parameters.tracker_delay
+        """Prior mean of the trackers' delays [s], for estimators that are made from now on."""
         self._publishes_frames = not has_output_rate(parameters)
         self._poses: list[TimedPose] = []  # that wait to be converted together
         self._newest_ns: list[int] = []  # for each of them
@@ -77,9 +80,8 @@ class EstimatorRunner:
             self._convert()
             self._shape = observation.shape
             self._output = StateOutput(self._model, observation.shape, self._calibrations)
-            self._estimator = self._make(
-                self._model, observation.shape, self._parameters, self._counters
-            )
+            parameters = replace(self._parameters, tracker_delay=self.tracker_delay_s)
+            self._estimator = self._make(self._model, observation.shape, parameters, self._counters)
             self._estimator.use_sensor_to_segment(self._sensor_to_segment)
         return self._estimator
 

@@ -23,7 +23,7 @@ from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.clocks import Clocks
+from pose_core.streams.clocks import Clocks, reference_delay_s
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
 
@@ -136,6 +136,7 @@ class FusionPipeline:
 
         See :meth:`Preprocessor.place_sensors`. Past instants are not estimated.
         """
+        self._find_delay(extrinsics.clocks)
         self._preprocessor.place_sensors(extrinsics)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
@@ -144,7 +145,13 @@ class FusionPipeline:
 
     def use_clocks(self, clocks: Clocks) -> None:
         """Correct later stamps by these clocks; earlier samples keep theirs."""
+        self._find_delay(clocks)
         self._preprocessor.clocks = clocks
+
+    def _find_delay(self, clocks: Clocks) -> None:
+        """Take the trackers' delay from the clocks, if no parameter gives it."""
+        known_s = self.parameters.tracker_delay
+        self._runner.tracker_delay_s = known_s or reference_delay_s(clocks)
 
     def use_shape(self, shape: BodyShape) -> None:
         """Use these body measures from now on."""

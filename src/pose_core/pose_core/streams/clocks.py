@@ -23,6 +23,7 @@ from pose_core.streams.series import SkeletonSeries
 IMUS = "imus"
 """Name of the source that consists of all IMUs."""
 REACH_NS = 1800 * NS_PER_S  # [ns] from its measurement for which a drift is applied
+LARGEST_DELAY_NS = NS_PER_S // 10  # [ns] offset that may be a difference of trackers' delays
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +48,18 @@ class Clock:
 
 Clocks = Mapping[str, Clock]
 """Clocks by source; one that is missing agrees with the reference's."""
+
+
+def reference_delay_s(clocks: Clocks) -> float:
+    """How late the reference's tracker probably is [s], by the offsets of the other cameras.
+
+    An offset found from motion includes the difference of the trackers' delays, and a tracker is
+    late, never early. So a camera that seems to be behind by little is in time, and the reference
+    late. Larger offsets are taken for clocks that differ.
+    """
+    offsets_ns = [clock.offset_ns for source, clock in clocks.items() if source != IMUS]
+    earliest_ns = min(offsets_ns, default=0)
+    return -earliest_ns / NS_PER_S if -LARGEST_DELAY_NS <= earliest_ns < 0 else 0.0
 
 
 def on_reference_clock(sample: SkeletonSample, clocks: Clocks) -> SkeletonSample:

@@ -232,6 +232,12 @@ def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
             f"  the pose faced backwards until bent knees showed it, {backwards} times: see where "
             "a camera has the person's back and loses joints"
         )
+    crossed = counts.get("filter_restarts_crossed", 0)
+    if crossed:
+        yield (
+            f"  the pose's legs or arms were exchanged until all cameras contradicted it, {crossed} "
+            "times: see where a tracker exchanges them"
+        )
 
 
 def run() -> int | None:
