@@ -5,6 +5,7 @@ under the parameter ``subject``, everybody else's as ``person_<number>``; a numb
 again for another person.
 """
 
+from collections import deque
 from collections.abc import Callable, Sequence
 
 from pose_core.body.shape import BodyShape
@@ -20,10 +21,12 @@ from pose_core.people.person_choice import PersonChoice
 from pose_core.people.person_pipelines import PersonPipelines
 from pose_core.people.tracker import PeopleTracker
 from pose_core.session.extrinsics import Extrinsics
+from pose_core.stamps import JUMP_BACK_NS
 from pose_core.streams.clocks import Clocks
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 
 Frame = Sequence[SkeletonSample]
+LONGEST_HELD_NS = 9 * JUMP_BACK_NS // 10  # [ns] live, older skeletons would look like a new start
 
 
 class PeoplePipeline:
@@ -64,11 +67,14 @@ class PeoplePipeline:
             "frames_before_extrinsics",
             *sample_buffer.COUNTERS,
             "skeletons_of_others",
+            "skeletons_held_too_long",
             *person_pipelines.COUNTERS,
         )
         self._people = PeopleTracker({})
         self.choice = PersonChoice(parameters.person)
+        self._is_live = is_live
         self._waiting: SampleBuffer[Frame] = SampleBuffer(self._counters)
+        self._held_imus: deque[tuple[int, ImuBlock]] = deque()  # with the newest frame's stamp [ns]
         self._pipelines = PersonPipelines(parameters, outlet, self._counters, is_live=is_live)
         if extrinsics is not None:
             self.place_sensors(extrinsics)
@@ -183,6 +189,7 @@ class PeoplePipeline:
 
     def flush(self) -> None:
         """Process everything that waits: the streams have ended."""
+        self._release_imus()
         for pipeline in self._pipelines:
             pipeline.flush()
 
@@ -193,7 +200,18 @@ class PeoplePipeline:
 
     def _take_imus(self, block: ImuBlock) -> None:
         self.choice.add_imus(block)
-        self.subject.add(block)
+        # A recording's skeletons that are held back come with their IMUs; live there is no time.
+        if self._people.holds_back and not self._is_live:
+            self._held_imus.append((self._people.newest_ns, block))
+        else:
+            self._release_imus()
+            self.subject.add(block)
+
+    def _release_imus(self, before_ns: int | None = None) -> None:
+        """Give the subject the IMU samples that arrived before a frame's instant, or all."""
+        held = self._held_imus
+        while held and (before_ns is None or held[0][0] < before_ns):
+            self.subject.add(held.popleft()[1])
 
     def _take_frame(self, frame: Frame) -> None:
         if frame and frame[0].sensor not in self._people.T_common_sensor:
@@ -205,6 +223,11 @@ class PeoplePipeline:
             if self.choice.number is not None:
                 self._pipelines.choose_subject(self.choice.number)
         for number, sample in assigned:
+            stamp_ns = self._people.stamp_ns(sample)
+            if self._is_live and self._people.newest_ns - stamp_ns > LONGEST_HELD_NS:
+                self._counters.add("skeletons_held_too_long")
+                continue
+            self._release_imus(stamp_ns)
             pipeline = self._pipelines.find(number, self._people.tracks)
             if pipeline is None:
                 self._counters.add("skeletons_of_others")

@@ -73,6 +73,11 @@ class PeopleTracker:
         return self._manager.present
 
     @property
+    def holds_back(self) -> bool:
+        """Whether nobody is in view but somebody who is not confirmed yet."""
+        return not self.present and any(track.held for track in self.tracks)
+
+    @property
     def newest_ns(self) -> int:
         """Stamp of the newest frame [ns], on the reference's clock."""
         return self._manager.newest_ns

@@ -235,8 +235,8 @@ def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
     crossed = counts.get("filter_restarts_crossed", 0)
     if crossed:
         yield (
-            f"  the pose's legs or arms were exchanged until all cameras contradicted it, {crossed} "
-            "times: see where a tracker exchanges them"
+            "  the pose's legs or arms were exchanged until all cameras contradicted it, "
+            f"{crossed} times: see where a tracker exchanges them"
         )
 
 
