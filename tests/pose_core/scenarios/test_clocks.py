@@ -8,7 +8,7 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
-from pose_core.streams.clocks import IMUS, Clock, on_reference_clock
+from pose_core.streams.clocks import IMUS, Clock, on_reference_clock, reference_delay_s
 from pose_core.streams.samples import ImuSample
 
 DRIFT = 1e-4
@@ -87,3 +87,34 @@ def test_clock_drift_is_not_extrapolated_far_from_its_measurement():
 def test_a_source_without_a_clock_keeps_its_stamps(samples):
     left = next(one for one in samples if getattr(one, "sensor", "") == "left")
     assert on_reference_clock(left, {"right": Clock(offset_ns=5)}) is left
+
+
+def ahead(**offsets_ms):
+    return {name: Clock(offset_ns=offset * 1_000_000) for name, offset in offsets_ms.items()}
+
+
+@pytest.mark.parametrize(
+    ("clocks", "delay_s"),
+    [
+        ({}, 0.0),
+        (ahead(right=-60), 0.06),  # the right tracker is earlier: the left one is late
+        (ahead(right=60), 0.0),
+        (ahead(right=30, back=-40), 0.04),
+        (ahead(right=-300), 0.0),  # no tracker is as late: the clocks differ
+        (ahead(imus=-60), 0.0),
+    ],
+)
+def test_the_references_tracker_is_as_late_as_another_camera_is_earlier(clocks, delay_s):
+    assert reference_delay_s(clocks) == pytest.approx(delay_s)
+
+
+def test_the_pose_is_published_for_when_the_earliest_tracker_saw_it(samples):
+    skeletons = [one for one in samples if not isinstance(one, ImuSample)]
+    early = ahead(right=-60)["right"]
+    stamped = [stamped_by(early, s) if s.sensor == "right" else s for s in skeletons]
+    placed = replace(extrinsics(), clocks={"right": early})
+    parameters = FusionParameters(output_rate=0.0)
+    pipeline, plain = FusionPipeline(parameters, placed), FusionPipeline(parameters, extrinsics())
+    late = [e.stamp_ns for one in stamped for e in pipeline.add(one)]
+    in_time = [e.stamp_ns for one in skeletons for e in plain.add(one)]
+    assert late[-1] == pytest.approx(in_time[-1] - 60_000_000, abs=1000)

@@ -175,6 +175,20 @@ def test_a_state_that_faces_backwards_is_noticed_once_the_knees_bend():
     np.testing.assert_allclose(last.joints, truth[round(seconds(last) * 30)], atol=0.06)
 
 
+def test_a_state_with_crossed_legs_is_noticed_as_both_trackers_contradict_it():
+    _, dof = performance(8.0, ARMS)
+    samples = samples_of(dof)
+    pipeline, _ = run(samples[:240])
+    state = pipeline._runner._estimator._filter.state
+    names = pipeline.model.link_names
+    below = [i for i, name in enumerate(names) if name.endswith(("pelvis", "thigh", "shank"))]
+    state.pose.rotations[below] = np.diag([-1.0, -1.0, 1.0]) @ state.pose.rotations[below]
+    estimates = fused(pipeline, samples[240:])
+    assert pipeline.counters["filter_restarts_crossed"] == 1
+    truth, last = kinematics().pose(dof).positions, estimates[-1]
+    np.testing.assert_allclose(last.joints, truth[round(seconds(last) * 30)], atol=0.06)
+
+
 def test_occluded_limbs_are_predicted_with_growing_deviation():
     _, dof = performance(8.0, ARMS)
     arm = [JOINT_INDEX["left_elbow"], JOINT_INDEX["left_hand"]]

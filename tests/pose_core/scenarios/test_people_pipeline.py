@@ -79,6 +79,39 @@ def test_a_person_who_left_is_identified_on_return():
     assert pipeline.remembered == {"subject", "person_2"}
 
 
+@pytest.mark.parametrize("is_live", [False, True])
+def test_imus_while_a_returning_person_is_held_back_make_no_frame_late(is_live):
+    def there(_, index, time_s):
+        return time_s < 3.0 or (index == 1 and time_s > 5.0)
+
+    people = [walker((2.5, 0.0), (0.0, 0.0)), walker((2.5, 1.5), (0.0, 0.0), scale=0.85)]
+    parameters = FusionParameters(output_rate=0.0)
+    pipeline = PeoplePipeline(parameters, lambda *_: None, PLACED, is_live=is_live)
+    frames = {persons[0].stamp_ns: persons for persons, _ in frames_of(people, 14.0, there=there)}
+    imus_ns = range(min(frames), max(frames), NS_PER_S // 50)
+    for stamp_ns in sorted({*frames, *imus_ns}):
+        pipeline.add(frames[stamp_ns] if stamp_ns in frames else imu_at(stamp_ns))
+    pipeline.flush()
+    counts, starts = pipeline.people_counts, pipeline.subject.counters
+    assert counts["returned"] == 1
+    assert starts["frames_of_imus_alone"] > 10
+    if is_live:
+        assert counts["skeletons_held_too_long"] > 5
+    else:
+        assert starts["frames_too_late"] == 0
+    assert starts["filter_restarts_gap"] <= 1  # that of the absence
+
+
+def imu_at(stamp_ns):
+    return ImuSample(
+        stamp_ns=stamp_ns,
+        segment="torso",
+        orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+        orientation_stddev=np.full(3, 0.01),
+        angular_velocity=np.zeros(3),
+    )
+
+
 def test_skeletons_of_other_people_are_counted(two):
     blocks, pipeline = fused(two)
     assert set(blocks) == {"subject"}
@@ -115,15 +148,8 @@ def test_samples_before_the_extrinsics_are_buffered(two):
 def test_samples_too_old_for_the_buffer_are_counted(two):
     pipeline = PeoplePipeline(FusionParameters(output_rate=0.0), lambda *_: None)
     first = two[0][0]
-    imu = ImuSample(
-        stamp_ns=first[0].stamp_ns,
-        segment="torso",
-        orientation=np.array([0.0, 0.0, 0.0, 1.0]),
-        orientation_stddev=np.full(3, 0.01),
-        angular_velocity=np.zeros(3),
-    )
     pipeline.add(first)
-    pipeline.add(imu)
+    pipeline.add(imu_at(first[0].stamp_ns))
     later_ns = first[0].stamp_ns + 31 * NS_PER_S
     pipeline.add([replace(person, stamp_ns=later_ns) for person in first])
     counts = pipeline.people_counts

@@ -235,7 +235,7 @@ class DefaultEstimator(StepwiseEstimator):
         self.counters.add("sides_swapped", swaps)
         state = self._filter.state
         passed_s = min(state.silent_s[sensor], LONGEST_GAP_S) / len(state.silent_s)
-        is_crossed = self._crossed.is_crossed(sensor, swaps, passed_s)
+        is_crossed = self._crossed.is_crossed(measured, swaps, passed_s)
         if self._facing.faces_backwards(measured, state.pose.rotations[0], passed_s):
             return frame, "backwards"
         return frame, "crossed" if is_crossed else ""

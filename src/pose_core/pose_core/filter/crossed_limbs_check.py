@@ -1,17 +1,24 @@
-"""Detects a state whose legs or arms are exchanged, from frames that all contradict it alike.
+"""Detects a state whose legs or arms are exchanged, from frames that contradict it alike.
 
 A tracker that exchanges the legs while the filter starts, or for longer than the filter resists,
 may leave them exchanged in the state. Then the sides of right frames are exchanged to fit the state
-(:mod:`pose_core.kernels.left_right_swaps`), and it stays as it is. But two trackers hardly exchange
-the same limbs all the time. Exchanging arms and legs together is different: trackers do that for
-as long as they see a person's back.
+(:mod:`pose_core.kernels.left_right_swaps`), and it stays as it is. But in a right frame hips and
+shoulders have their left on the same side, and two trackers hardly make the same mistake all the
+time. Exchanging arms and legs together is different: trackers do that for as long as they see a
+person's back.
 """
 
+from pose_core.filter.camera import CameraFrame
+from pose_core.joints import JOINT_INDEX, SIDES
+
+HIPS, SHOULDERS = (
+    [JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "shoulder")
+)
 CROSSED_S = 0.7  # [s]
 
 
 class CrossedLimbsCheck:
-    """Sums the time for which all frames, of two cameras or more, had arms or legs exchanged."""
+    """Sums the time for which frames, of two cameras or more, had arms or legs exchanged."""
 
     def __init__(self) -> None:
         self._crossed_s = 0.0
@@ -22,17 +29,20 @@ class CrossedLimbsCheck:
         self._crossed_s = 0.0
         self._sensors.clear()
 
-    def is_crossed(self, sensor: int, swaps: int, passed_s: float) -> bool:
+    def is_crossed(self, frame: CameraFrame, swaps: int, passed_s: float) -> bool:
         """Add a frame; whether the state is wrong.
 
         Args:
-            sensor: The frame's camera.
+            frame: A camera's frame, as measured.
             swaps: Number of groups, arms and legs, that were exchanged to fit the state.
             passed_s: Time that the frame stands for [s].
         """
         if swaps != 1:
             self.restart()
             return False
+        (left_hip, right_hip), (left, right) = frame.positions[HIPS], frame.positions[SHOULDERS]
+        if not (left_hip - right_hip) @ (left - right) > 0.0:  # the frame is wrong itself, or NaN
+            return False
         self._crossed_s += passed_s
-        self._sensors.add(sensor)
+        self._sensors.add(frame.sensor)
         return len(self._sensors) > 1 and self._crossed_s > CROSSED_S
