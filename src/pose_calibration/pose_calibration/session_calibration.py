@@ -31,11 +31,13 @@ from pose_core.api import (
     TimeAligner,
     on_reference_clock,
 )
+from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 
 MAX_CLOCK_OFFSET_S = 0.5  # [s] of the search
 FARTHEST_CLOCK_OFFSET_S = 5.0  # [s] of a second search, if the first finds no offset
 LEAST_CLOCK_OFFSET_S = 0.01  # [s] smaller ones are as likely a tracker's lag
+MOST_APART_S = 0.9  # [s] of stamps recorded together; from a second on, time would run backwards
 MOST_TRIED = 3  # [-] people tried, one after the other
 
 
@@ -116,8 +118,10 @@ def calibrate_people(
 
     Raises:
         CalibrationError: If the recording does not determine it; the message says why.
+        InputError: See :func:`complete`.
     """
-    frames_kept, blocks = _frames_and_blocks(frames)
+    every = list(frames)
+    frames_kept, blocks = _frames_and_blocks(every)
     candidates = _candidates(frames_kept, sensors, person)
     failure: CalibrationError | None = None
     for samples in candidates[:MOST_TRIED]:
@@ -126,6 +130,7 @@ def calibrate_people(
         except CalibrationError as error:
             failure = failure or error
             continue
+        _check_stamps(every, found.extrinsics)
         return replace(found, people=max(len(frame) for frame in frames_kept))
     raise failure or CalibrationError("found no skeletons")
 
@@ -144,8 +149,10 @@ def complete(
 
     Raises:
         CalibrationError: If a sensor has no skeletons, or no person's views agree.
+        InputError: If stamps are far apart, and the motion does not tell the clocks' offsets.
     """
-    frames_kept, blocks = _frames_and_blocks(frames)
+    every = list(frames)
+    frames_kept, blocks = _frames_and_blocks(every)
     samples = _candidates(frames_kept, extrinsics.sensors, "")[0]
     by_sensor, memory = _sorted([*samples, *blocks], extrinsics.sensors)
     if extrinsics.body is None:
@@ -164,7 +171,37 @@ def complete(
         found = _imu_findings(extrinsics, by_sensor, memory)
         if found.clock is not None:
             extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
+    _check_stamps(every, extrinsics)
     return extrinsics
+
+
+def _check_stamps(
+    frames: Iterable[Sequence[SkeletonSample] | ImuBlock], extrinsics: Extrinsics
+) -> None:
+    """Raise InputError if sources that were recorded together have stamps that are far apart."""
+    apart_ns: dict[str, list[int]] = {}
+    reference_ns: int | None = None
+    for each in frames:
+        if isinstance(each, ImuBlock):
+            source, newest_ns = IMUS, int(each.stamps_ns[-1])
+        elif each:
+            source, newest_ns = each[0].sensor, each[0].stamp_ns
+        else:
+            continue
+        if source == extrinsics.reference:
+            reference_ns = newest_ns
+        elif reference_ns is not None:
+            clock = extrinsics.clocks.get(source, Clock())
+            apart_ns.setdefault(source, []).append(clock.to_reference(newest_ns) - reference_ns)
+    for source, differences in apart_ns.items():
+        apart_s = float(np.median(differences)) / NS_PER_S
+        if abs(apart_s) > MOST_APART_S:
+            raise InputError(
+                f"the stamps of '{source}' are {apart_s:+.1f} s from those of "
+                f"'{extrinsics.reference}' that were recorded at the same time, and the motion "
+                "does not tell their clocks' offset: give it in the section 'clocks' of an "
+                "extrinsics file (docs/calibration.md), or leave this source out"
+            )
 
 
 def _clock_offsets(

@@ -8,6 +8,10 @@ from walking_person import LEFT, RIGHT, angle_deg, samples
 
 from pose_calibration.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate, complete
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.clocks import IMUS
+from pose_core.streams.samples import ImuSample, block_of
 from pose_core.transforms import inverse
 
 TRUE = inverse(LEFT) @ RIGHT
@@ -71,3 +75,32 @@ def test_an_offset_as_small_as_a_trackers_lag_is_no_clocks():
     known = calibrate(samples(), ["left", "right"]).extrinsics
     poses = replace(known, clocks={})
     assert complete(frames(offset_s={"right": 0.002}), poses).clocks == {}
+
+
+@pytest.mark.parametrize("source", ["right", IMUS])
+def test_stamps_that_are_farther_apart_than_the_motion_tells_are_refused(source):
+    known = replace(calibrate(samples(), ["left", "right"]).extrinsics, clocks={})
+    together = samples()
+    apart_ns = 61 * NS_PER_S
+    if source == "right":
+        recorded = [
+            [replace(one, stamp_ns=one.stamp_ns + apart_ns) if one.sensor == "right" else one]
+            for one in together
+        ]
+    else:
+        recorded = [each for one in together for each in ([one], imu_at(one.stamp_ns + apart_ns))]
+
+    with pytest.raises(InputError, match=rf"the stamps of '{source}' are \+61.0 s from those of"):
+        complete(recorded, known)
+
+
+def imu_at(stamp_ns):
+    return block_of(
+        ImuSample(
+            stamp_ns=stamp_ns,
+            segment="torso",
+            orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+            orientation_stddev=np.full(3, 0.01),
+            angular_velocity=np.zeros(3),
+        )
+    )

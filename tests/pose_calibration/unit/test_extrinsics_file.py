@@ -120,7 +120,11 @@ def test_a_file_of_other_sensors_is_refused(extrinsics, tmp_path):
     path = tmp_path / "extrinsics.yaml"
     save_extrinsics(path, extrinsics)
     assert load_extrinsics_of(path, ["left", "right"]).sensors == ("left", "right")
-    for others in (["left", "middle"], ["right", "left"], ["left"]):
+    with pytest.raises(
+        InputError, match="'left' as the reference.*: name them in the file's order"
+    ):
+        load_extrinsics_of(path, ["right", "left"])
+    for others in (["left", "middle"], ["left"]):
         with pytest.raises(InputError, match="calibration of left, right, expected"):
             load_extrinsics_of(path, others)
 

@@ -158,11 +158,16 @@ def load_extrinsics_of(path: Path, sensors: Sequence[str]) -> Extrinsics:
         InputError: If the file is missing, is not such a file, or has other sensors.
     """
     extrinsics = load_extrinsics(path)
-    if extrinsics.reference != sensors[0] or set(extrinsics.sensors) != set(sensors):
+    if set(extrinsics.sensors) == set(sensors) and extrinsics.reference != sensors[0]:
+        raise InputError(
+            f"{path} has '{extrinsics.reference}' as the reference, which comes first, but the "
+            f"sensors here begin with '{sensors[0]}': name them in the file's order, "
+            f"sensors {' '.join(extrinsics.sensors)}"
+        )
+    if set(extrinsics.sensors) != set(sensors):
         raise InputError(
             f"{path} is a calibration of {', '.join(extrinsics.sensors)}, expected one of "
-            f"{', '.join(sensors)}, in this order: name another file, or remove it to calibrate "
-            "again"
+            f"{', '.join(sensors)}: name another file, or remove it to calibrate again"
         )
     return extrinsics
 

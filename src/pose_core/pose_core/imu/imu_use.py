@@ -39,7 +39,7 @@ class ImuUse:
         if self.is_aligned:
             return ""
         if self.is_unlike:
-            return "its motion does not fit this segment: is it worn there, and strapped on?"
+            return "its motion does not fit this segment as the cameras see it: is it worn there?"
         if self.contradictions:
             what = "the cameras or its gyroscope contradict it"
             return f"{what}: check its strap and its segment; move to realign it"
