@@ -121,7 +121,7 @@ def test_a_file_of_other_sensors_is_refused(extrinsics, tmp_path):
     save_extrinsics(path, extrinsics)
     assert load_extrinsics_of(path, ["left", "right"]).sensors == ("left", "right")
     with pytest.raises(
-        InputError, match="'left' as the reference.*: name them in the file's order"
+        InputError, match=r"'left' as the reference.*: name them in the file's order"
     ):
         load_extrinsics_of(path, ["right", "left"])
     for others in (["left", "middle"], ["left"]):
