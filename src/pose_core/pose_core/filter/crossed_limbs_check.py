@@ -14,7 +14,7 @@ from pose_core.joints import JOINT_INDEX, SIDES
 HIPS, SHOULDERS = (
     [JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "shoulder")
 )
-CROSSED_S = 0.7  # [s]
+CROSSED_S = 1.0  # [s]
 
 
 class CrossedLimbsCheck:
