@@ -14,8 +14,8 @@ from imu_bridge.protocols.reading import Parser, Reading, is_plausible
 from imu_bridge.protocols.star import StarParser
 from imu_bridge.segments import ImuNode
 from imu_bridge.sequence import Arrival, SequenceTracker
+from pose_core.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 
 NO_VECTOR = (np.nan,) * 3

@@ -8,16 +8,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.finite_numbers import finite_numbers
 from pose_core.joints import SEGMENTS
 
 MAX_NODE_ID = 255
 NODE_KEYS = frozenset({"segment", "gyroscope_bias", "accelerometer", "magnetometer"})
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

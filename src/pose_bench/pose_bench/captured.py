@@ -20,7 +20,6 @@ from pose_core.api import (
     ANGLES,
     Clock,
     Extrinsics,
-    FloatArray,
     FusionParameters,
     FusionPipeline,
     ImuSample,
@@ -31,6 +30,7 @@ from pose_core.api import (
     first_pass,
     unwrapped,
 )
+from pose_core.arrays import FloatArray
 from pose_core.errors import PoseError
 from pose_core.estimators.default import DefaultEstimator
 from pose_core.filter.tuning import FilterTuning

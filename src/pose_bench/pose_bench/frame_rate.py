@@ -9,7 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import AngleSeries, FloatArray, wrapped
+from pose_core.api import AngleSeries, wrapped
+from pose_core.arrays import FloatArray
 
 STRETCHES = np.arange(0.9, 1.301, 0.02)  # [-] true time over nominal time
 SHIFTS_S = np.arange(-0.4, 0.401, 0.04)  # [s]

@@ -29,12 +29,12 @@ from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import Chunk, ImuPipeline
 from imu_bridge.segments import ImuNode
 from pose_bench.sessions import JUDGED_FROM_S
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_sim.imu_file import encode_all
 from pose_sim.session import make_session, settings_of
 from pose_sim.virtual_imu import NODES
 
-FloatArray = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 BROAD_KEYS = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement", "sampling_rate")

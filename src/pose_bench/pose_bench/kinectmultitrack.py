@@ -16,14 +16,8 @@ import numpy as np
 
 from pose_bench.one_camera import LEVEL_MOUNTING, RAW, run_one_camera, view_of_stream
 from pose_bench.tables import TextTable, number
-from pose_core.api import (
-    ANGLES,
-    FloatArray,
-    best_rigid_transform,
-    joint_angles,
-    transformed,
-    wrapped,
-)
+from pose_core.api import ANGLES, best_rigid_transform, joint_angles, transformed, wrapped
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.scores import known_joints

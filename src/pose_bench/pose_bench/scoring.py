@@ -5,7 +5,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pose_core.api import ABDUCTION_OF, ANGLES, FloatArray, SkeletonSeries, wrapped
+from pose_core.api import ABDUCTION_OF, ANGLES, SkeletonSeries, wrapped
+from pose_core.arrays import FloatArray
 from pose_core.streams.angle_series import SIDEWAYS
 from pose_evaluation.offline import MethodRun
 

@@ -17,12 +17,12 @@ from pose_bench.imu_samples import FILTER, imu_samples
 from pose_core.api import (
     Clock,
     Extrinsics,
-    FloatArray,
     ImuSample,
     SkeletonSample,
     SkeletonSeries,
     extrinsics_from_map,
 )
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
 from pose_io.recordings.stream_frames import frames_of_stream
 from pose_sim.angles import true_joint_angles

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import FloatArray
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import nanoseconds
 from pose_io.bags import BagReader, open_bag

@@ -22,7 +22,6 @@ from pose_bench.tables import TextTable, number
 from pose_core.api import (
     ANGLES,
     AngleSeries,
-    FloatArray,
     SkeletonSample,
     SkeletonSeries,
     angle_series,
@@ -30,6 +29,7 @@ from pose_core.api import (
     without_sideways_flexion,
     wrapped,
 )
+from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.finite_numbers import mean_known

@@ -15,7 +15,7 @@
 
 Frames, axes and units: ``docs/conventions.md``. Stamps are integer nanoseconds; no function reads a
 clock. Errors that the user can correct are raised as a :class:`PoseError` with a message of one
-line. The modules ``joints``, ``errors``, ``stamps``, ``counters``, ``parameters``,
+line. The modules ``arrays``, ``joints``, ``errors``, ``stamps``, ``counters``, ``parameters``,
 ``finite_numbers``, ``plain_yaml``, ``atomic_file`` and ``lower_line`` are public, too; they import
 neither numba nor scipy, so that small processes start fast. Everything else may change.
 """

@@ -13,13 +13,13 @@ from pose_core.api import (
     ChosenPerson,
     EstimateSeries,
     Extrinsics,
-    FloatArray,
     ImuBlock,
     SkeletonSample,
     SkeletonSeries,
     estimate_series,
     series_from_samples,
 )
+from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import nanoseconds

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pose_core.api import FloatArray
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.kernels.rotations import matrix_of_quaternion
 from pose_io.names import SENSOR_FRAME, WORLD_FRAME

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
 from pose_sim.motion import Motion
-from pose_sim.rotations import FloatArray
 
 JOINT_NAMES: tuple[str, ...] = (
     "neck_flexion",

@@ -15,8 +15,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, SEGMENTS, SIDES
-from pose_sim.rotations import FloatArray, about_x, about_y, about_z
+from pose_sim.rotations import about_x, about_y, about_z
 
 BODY_ANGLES: tuple[str, ...] = (
     "pelvis_yaw",

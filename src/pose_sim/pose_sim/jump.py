@@ -7,9 +7,9 @@ angles follow from the height of the hips above the floor (in contact) or the fe
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
 from pose_sim.body import ANKLE_HEIGHT, FOOT, SHANK, THIGH, Body, neutral_angles
-from pose_sim.rotations import FloatArray
 from pose_sim.timeline import Timeline, minimum_jerk, quintic
 
 GRAVITY = 9.80665  # [m/s^2]

@@ -9,9 +9,10 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
 from pose_sim.body import BODY_ANGLES, Body, Pose
-from pose_sim.rotations import FloatArray, continuous_quaternions, rotate
+from pose_sim.rotations import continuous_quaternions, rotate
 from pose_sim.timeline import Timeline, Variation, minimum_jerk
 
 GRID_RATE = 200.0  # [Hz] of the splines' nodes

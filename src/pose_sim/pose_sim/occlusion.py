@@ -4,8 +4,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, SIDES
-from pose_sim.rotations import FloatArray
 
 SOFTNESS = 0.012  # [m] transition between visible and hidden
 STAND_OFF = 0.04  # [m] distance before the joint that its own soft tissue covers

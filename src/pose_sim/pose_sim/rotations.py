@@ -1,10 +1,9 @@
 """Rotations about single axes, and quaternions over time, for many instants at once."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-FloatArray = NDArray[np.float64]
+from pose_core.arrays import FloatArray
 
 
 def about_x(angle: FloatArray) -> FloatArray:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.parameters import parameter
-from pose_sim.rotations import FloatArray
 
 SENSORS = ("left", "right")
 

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import from_mapping
@@ -20,7 +21,6 @@ from pose_sim.choreography import compose
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.motion import Motion
-from pose_sim.rotations import FloatArray
 from pose_sim.scene import SceneParameters, sensor_poses, subject_place
 from pose_sim.timeline import Variation
 from pose_sim.virtual_imu import ImuFrames, SensorToSegment, earth_field, measure, mount, to_frames

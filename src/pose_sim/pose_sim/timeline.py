@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.parameters import parameter
 from pose_sim.body import BODY_ANGLES, Body
-from pose_sim.rotations import FloatArray
 
 Profile = Callable[[FloatArray], FloatArray]
 EXTRA_CHANNELS = ("clearance",)  # [m] of the lower foot above the floor, in a jump

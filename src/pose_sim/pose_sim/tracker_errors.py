@@ -4,9 +4,10 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_sim.kinect_noise import KinectParameters
-from pose_sim.rotations import FloatArray, about_z
+from pose_sim.rotations import about_z
 
 ATTENTION_TIME = 0.06  # [s] in which the tracker detects or loses a joint
 MEMORY_TIME = 0.7  # [s] time constant of the position of a lost joint

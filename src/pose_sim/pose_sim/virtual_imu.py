@@ -19,11 +19,11 @@ from imu_bridge.protocols.star import (
     SEQUENCE_MODULUS,
     quantise,
 )
+from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
 from pose_sim.body import Body
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.motion import Motion, SegmentPath
-from pose_sim.rotations import FloatArray
 
 GRAVITY = 9.80665  # [m/s^2]
 ACCELEROMETER_RANGE = 2  # code: +-8 g

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.motion import Motion
 from pose_sim.occlusion import hidden
-from pose_sim.rotations import FloatArray
 from pose_sim.tracker_errors import (
     attention,
     foreshortening,

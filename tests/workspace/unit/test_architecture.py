@@ -53,6 +53,7 @@ CORE = (
 LIGHT = {
     f"pose_core.{name}"
     for name in (
+        "arrays",
         "joints",
         "errors",
         "stamps",

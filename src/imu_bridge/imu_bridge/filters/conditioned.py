@@ -9,12 +9,9 @@ from imu_bridge.filters.gyro_bias import RestBiasEstimator
 from imu_bridge.filters.heading import HeadingUncertainty
 from imu_bridge.filters.magnetic_field import FieldCheck
 from imu_bridge.filters.offered_field import OfferedField
-from imu_bridge.filters.orientation_filter import (
-    FilterSettings,
-    FloatArray,
-    SampleRound,
-)
+from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
 from imu_bridge.filters.quaternions import rotate
+from pose_core.arrays import FloatArray
 
 
 class ConditionedFilter(ABC):

@@ -3,12 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from imu_bridge.filters.orientation_filter import (
-    UNKNOWN_HEADING,
-    FilterSettings,
-    FloatArray,
-    SampleRound,
-)
+from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING, FilterSettings, SampleRound
+from pose_core.arrays import FloatArray
 
 
 class DeviceOrientation:

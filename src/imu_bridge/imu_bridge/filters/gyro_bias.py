@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pose_core.arrays import FloatArray
+
 IndexArray = NDArray[np.intp]
 
 REST_RATE_STDDEV = 0.05  # [rad/s] above a standing person's sway

@@ -3,12 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from imu_bridge.filters.orientation_filter import (
-    UNKNOWN_HEADING,
-    BoolArray,
-    FloatArray,
-    IndexArray,
-)
+from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING, BoolArray, IndexArray
+from pose_core.arrays import FloatArray
 
 HOLD_S = 0.5  # [s] for which a correction is valid: magnetometers are slower than gyroscopes
 RECOVERY_S = 10.0  # [s] time constant of a correction, as in the filters

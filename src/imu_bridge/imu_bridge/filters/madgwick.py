@@ -37,8 +37,8 @@ from imu_bridge.filters.quaternions import (
     multiply,
     rotate,
 )
+from pose_core.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 
 TINY = 1e-12  # [-] smallest norm of a vector with a direction

@@ -12,7 +12,8 @@ References:
 import numpy as np
 from numpy.typing import NDArray
 
-from imu_bridge.filters.orientation_filter import BoolArray, FloatArray, IndexArray
+from imu_bridge.filters.orientation_filter import BoolArray, IndexArray
+from pose_core.arrays import FloatArray
 
 STRENGTH_TOLERANCE = 0.1  # [-] of the reference
 DIP_TOLERANCE = np.radians(10.0)  # [rad]

@@ -7,7 +7,8 @@ near the sensor.
 
 import numpy as np
 
-from imu_bridge.filters.orientation_filter import FloatArray, SampleRound
+from imu_bridge.filters.orientation_filter import SampleRound
+from pose_core.arrays import FloatArray
 
 START_S = 10.0  # [s] after a sensor's first sample: averages the noise, with little drift
 

@@ -6,7 +6,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pose_core.arrays import FloatArray
+
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 

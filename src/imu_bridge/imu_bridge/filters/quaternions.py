@@ -4,9 +4,8 @@ Quaternions are (x, y, z, w), arrays of shape (k, 4).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pose_core.arrays import FloatArray
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -18,7 +18,8 @@ from vqf import VQF
 from imu_bridge.filters.gyro_bias import REST_RATE_MEAN
 from imu_bridge.filters.heading import HeadingUncertainty
 from imu_bridge.filters.offered_field import OfferedField
-from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, SampleRound
+from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
+from pose_core.arrays import FloatArray
 
 FIRST_PERIOD_S = 0.01  # [s] assumed after a sensor's first sample
 PERIOD_TOLERANCE = 0.05  # [-] accepted difference between a sensor's period and the filter's

@@ -10,9 +10,10 @@ import numpy as np
 
 from imu_bridge.filters.conditioned import ConditionedFilter
 from imu_bridge.filters.madgwick import initial_orientation
-from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, SampleRound
+from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
 from imu_bridge.filters.quaternions import multiply
 from imu_bridge.protocols.reading import STANDARD_GRAVITY
+from pose_core.arrays import FloatArray
 
 # imufusion's "north, west, up" has x north: rotated by 90 deg from x east, y north.
 R_ENU_NWU = np.array([[0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]])

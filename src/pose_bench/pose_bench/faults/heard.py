@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import FloatArray
+from pose_core.arrays import FloatArray
 from pose_node.node_status import NodeStatus
 
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from pose_bench.faults.fault import Fault
 from pose_bench.faults.heard import Heard, Poses
-from pose_core.api import FloatArray, joint_angles, without_sideways_flexion, wrapped
+from pose_core.api import joint_angles, without_sideways_flexion, wrapped
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import NS_PER_S
 from pose_node.node_status import NodeStatus

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import FloatArray
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
 from pose_sim.captured.session import CapturedSession

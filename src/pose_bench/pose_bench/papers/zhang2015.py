@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
-from pose_core.api import FloatArray, SkeletonSeries, wrapped
+from pose_core.api import SkeletonSeries, wrapped
+from pose_core.arrays import FloatArray
 from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_evaluation.limb_attitude import limb_attitude

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from pose_core.api import BodyModel, BodyShape, FloatArray
+from pose_core.api import BodyModel, BodyShape
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 
 ACCURACY = 1e-5  # [-] of the assembly, as in OpenSim's own tool

@@ -7,7 +7,8 @@ import numpy as np
 from filterpy.common import Q_discrete_white_noise
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter, unscented_transform
 
-from pose_core.api import ROOT_DOF, BodyModel, BodyShape, FloatArray
+from pose_core.api import ROOT_DOF, BodyModel, BodyShape
+from pose_core.arrays import FloatArray
 from pose_core.baseline_filters.li2020 import FRAME_PERIOD_S, Li2020Parameters
 from pose_core.baseline_filters.measurement_noise import fuse_measurements, measurement_noise
 from pose_core.joints import JOINT_INDEX, JOINTS

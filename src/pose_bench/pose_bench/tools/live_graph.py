@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pose_bench.processes import sleep_until, usages
-from pose_core.api import FloatArray
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LaunchedGraph

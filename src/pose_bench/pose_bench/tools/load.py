@@ -23,7 +23,8 @@ from pose_bench.tools.load_scenes import SCENES, LoadScene
 from pose_bench.tools.showing import publish
 from pose_bench.tools.soak_recording import LOOP_NS, LoopMessage, loop_message
 from pose_calibration.files.extrinsics_file import save_extrinsics
-from pose_core.api import FloatArray, extrinsics_from_map
+from pose_core.api import extrinsics_from_map
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_node.child_process import start, stop

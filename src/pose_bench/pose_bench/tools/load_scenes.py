@@ -7,7 +7,8 @@ from pose_bench.faults.heard import Poses
 from pose_bench.faults.judging import Truth, rmse_deg
 from pose_bench.faults.packets import CAMERA_DELAY_S, Frame, Packet, Person, packets_of
 from pose_bench.tools.fault_sessions import SESSION_S, captured_person, truth_of
-from pose_core.api import SEGMENTS, FloatArray
+from pose_core.api import SEGMENTS
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 from pose_sim.captured.clips import bundled_clips
 from pose_sim.captured.crowd import CrowdSpec, make_crowd

@@ -16,7 +16,6 @@ from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.api import (
     BodyEstimate,
-    FloatArray,
     FusionParameters,
     FusionPipeline,
     SkeletonSample,
@@ -24,6 +23,7 @@ from pose_core.api import (
     angle_series,
     wrapped,
 )
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, TrackingState
 

@@ -10,7 +10,8 @@ import numpy as np
 from pose_bench.faults.packets import Frame, Packet, packets_of
 from pose_bench.nodes.fault_player import planned
 from pose_bench.tools.fault_sessions import SESSION_S
-from pose_core.api import FloatArray, inverse, transformed
+from pose_core.api import inverse, transformed
+from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
 from pose_sim.captured.session import START_NS, CapturedSession
 

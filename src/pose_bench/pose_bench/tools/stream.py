@@ -17,7 +17,6 @@ from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
     ROOT_DOF,
     Extrinsics,
-    FloatArray,
     FusionParameters,
     FusionPipeline,
     ImuBlock,
@@ -26,6 +25,7 @@ from pose_core.api import (
     SkeletonSample,
     extrinsics_from_map,
 )
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import nanoseconds
 from pose_evaluation.stream_quality import AngleStream, StreamQuality, measure_stream, stream_of

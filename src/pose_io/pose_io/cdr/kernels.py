@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import FloatArray
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.stamps import NS_PER_S
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
-from pose_core.api import FloatArray
+from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import type_specialised
 from pose_io.cdr.kernels import HEADER_SIZE, fill_rows
 

@@ -14,7 +14,6 @@ from pose_core.api import (
     ROOT_DOF,
     BodyModel,
     BodyPose,
-    FloatArray,
     ForwardKinematics,
     IntArray,
     SkeletonSample,
@@ -22,6 +21,7 @@ from pose_core.api import (
     available_models,
     load_body_model,
 )
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S, nanoseconds

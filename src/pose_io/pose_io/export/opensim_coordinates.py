@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.api import FloatArray, unwrapped
+from pose_core.api import unwrapped
+from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
 from pose_io.export.motion import BodyMotion
 

@@ -10,7 +10,7 @@ import json
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.api import FloatArray
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.lower_line import line_below
-from pose_io.recordings.joint_maps import FloatArray
 from pose_io.recordings.recording import StampArray
 
 MAX_DRIFT = 200e-6  # [-] two crystals of 100 ppm with opposite errors

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.finite_numbers import finite_numbers
 from pose_core.joints import JOINTS
 from pose_core.plain_yaml import read_yaml
-from pose_io.recordings.joint_maps import ConfidenceLevels, FloatArray, JointMap
+from pose_io.recordings.joint_maps import ConfidenceLevels, JointMap
 
 FOLDER = Path(__file__).parent / "joint_map_data"
 SHIPPED = tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))

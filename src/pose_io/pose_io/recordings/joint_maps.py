@@ -28,9 +28,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
 
-FloatArray = NDArray[np.float64]
 StateArray = NDArray[np.uint8]
 
 

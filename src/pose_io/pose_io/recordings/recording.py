@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, TrackingState
-from pose_io.recordings.joint_maps import FloatArray, StateArray, mark_missing
+from pose_io.recordings.joint_maps import StateArray, mark_missing
 
 StampArray = NDArray[np.int64]
 

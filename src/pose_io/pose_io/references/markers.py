@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.api import FloatArray, SkeletonSeries
+from pose_core.api import SkeletonSeries
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
 

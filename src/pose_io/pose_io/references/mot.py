@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_core.api import ANGLES, AngleSeries, FloatArray
+from pose_core.api import ANGLES, AngleSeries
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import SIDES
 from pose_io.export.opensim_coordinates import LIMBS

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_io.recordings.joint_map_files import shipped_joint_map
-from pose_sim.rotations import FloatArray
 
 MAP = "azure_kinect_ros"
 _LETTER = {"left": "LEFT", "right": "RIGHT"}

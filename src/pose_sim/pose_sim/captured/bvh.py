@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, SIDES
 from pose_sim.captured.clip import PROXIMAL_JOINTS, Clip, resampled
-from pose_sim.rotations import FloatArray
 
 if TYPE_CHECKING:
     import bvhio

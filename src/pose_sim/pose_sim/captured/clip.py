@@ -7,7 +7,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_sim.rotations import FloatArray
+from pose_core.arrays import FloatArray
 
 RATE = 60.0  # [Hz] of all clips
 PROXIMAL_JOINTS = {

@@ -14,11 +14,11 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_sim.captured.bvh import is_bvh, read_bvh
 from pose_sim.captured.clip import RATE, Clip
-from pose_sim.rotations import FloatArray
 
 BLEND_S = 0.5  # [s] between two clips
 SHORTEST_S = 0.5  # [s] shortest clip that is used

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
+from pose_core.arrays import FloatArray
 from pose_sim.captured.clip import RATE, Clip
-from pose_sim.rotations import FloatArray
 from pose_sim.tracker_errors import slow_process
 from pose_sim.virtual_imu import NODES
 

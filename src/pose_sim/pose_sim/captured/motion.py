@@ -5,13 +5,13 @@ from scipy.interpolate import make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_sim.angles import JOINT_NAMES
 from pose_sim.body import Pose
 from pose_sim.captured.clip import PROXIMAL_JOINTS, RATE, Clip
 from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.motion import GRID_RATE, Motion
-from pose_sim.rotations import FloatArray
 
 SMOOTHED = 1.2  # [-] frames, smoothing: IMUs measure the second derivative of rounded positions
 ORIGINS = {

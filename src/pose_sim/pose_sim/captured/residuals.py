@@ -13,9 +13,10 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX
 from pose_sim.captured.clips import heading, mid_hip
-from pose_sim.rotations import FloatArray, about_z
+from pose_sim.rotations import about_z
 
 PIECE_S = (0.6, 1.5)  # [s] duration of a piece
 BLEND_S = 0.2  # [s] cross-fade between pieces

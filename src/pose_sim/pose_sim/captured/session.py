@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from pose_core.api import ImuSample, SkeletonSample
+from pose_core.arrays import FloatArray
 from pose_sim.captured.clip import RATE, Clip
 from pose_sim.captured.clips import chain, heading, read_clip, spun
 from pose_sim.captured.imus import NINE, ImuModel, ImuStream, wear
 from pose_sim.captured.trackers import TRACKERS, TrackerFrames, TrackerModel, track
-from pose_sim.rotations import FloatArray
 
 START_NS = 1_700_000_000_000_000_000
 """Stamp [ns] of a session's time zero."""

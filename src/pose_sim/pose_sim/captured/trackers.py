@@ -12,13 +12,13 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 from scipy.special import ndtr
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import TrackingState
 from pose_sim.captured.azure import NEAREST, as_published, azure_joints
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import heading
 from pose_sim.captured.residuals import resampled_residuals
 from pose_sim.occlusion import hidden
-from pose_sim.rotations import FloatArray
 from pose_sim.tracker_errors import slow_process
 
 HEIGHT = 1.7  # [m] height of the body model for occlusions

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import writing
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.recordings.formats.format import Format
 from pose_io.recordings.formats.table import Table, read_table
-from pose_io.recordings.joint_maps import FloatArray, StateArray
+from pose_io.recordings.joint_maps import StateArray
 from pose_io.recordings.recording import Recording, SensorStream, make_recording, make_stream
 
 TIME_ZERO = "time_zero_s:"  # the comment that sets Recording.time_zero_ns

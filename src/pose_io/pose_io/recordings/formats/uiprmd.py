@@ -16,12 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import SIDES, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.recordings.formats.format import Format
 from pose_io.recordings.formats.number_tables import read_numbers
-from pose_io.recordings.joint_maps import FloatArray, JointMap
+from pose_io.recordings.joint_maps import JointMap
 from pose_io.recordings.recording import Recording, make_recording, make_stream
 
 FRAME_RATE = 30.0  # [Hz] of a Kinect v2
