@@ -39,11 +39,9 @@ from pose_core.fusion.warm_up import neutral_pose
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.joints import JOINTS, TrackingState
 
-FRAMES, SLOW_FRAMES, GROWTH_FRAMES = (
-    2000,
-    60,
-    300,
-)  # repeats of an update, of filterpy's, of the growth's
+FRAMES = 2000  # repeats of an update
+SLOW_FRAMES = 60  # the same of filterpy's
+GROWTH_FRAMES = 300  # the same of each size, for the growth
 PERIOD_S = 1.0 / 30.0
 CAMERA_HEIGHT = 1.2  # [m]
 NOISE = 0.02  # [m] of a joint

@@ -130,8 +130,9 @@ def calibrate_people(
         except CalibrationError as error:
             failure = failure or error
             continue
-        _check_stamps(every, found.extrinsics)
+        _check_stamps(every, sensors[0], found.extrinsics.clocks)
         return replace(found, people=max(len(frame) for frame in frames_kept))
+    _check_stamps(every, sensors[0], {})
     raise failure or CalibrationError("found no skeletons")
 
 
@@ -171,12 +172,12 @@ def complete(
         found = _imu_findings(extrinsics, by_sensor, memory)
         if found.clock is not None:
             extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
-    _check_stamps(every, extrinsics)
+    _check_stamps(every, extrinsics.reference, extrinsics.clocks)
     return extrinsics
 
 
 def _check_stamps(
-    frames: Iterable[Sequence[SkeletonSample] | ImuBlock], extrinsics: Extrinsics
+    frames: Iterable[Sequence[SkeletonSample] | ImuBlock], reference: str, clocks: Clocks
 ) -> None:
     """Raise InputError if sources that were recorded together have stamps that are far apart."""
     apart_ns: dict[str, list[int]] = {}
@@ -188,17 +189,17 @@ def _check_stamps(
             source, newest_ns = each[0].sensor, each[0].stamp_ns
         else:
             continue
-        if source == extrinsics.reference:
+        if source == reference:
             reference_ns = newest_ns
         elif reference_ns is not None:
-            clock = extrinsics.clocks.get(source, Clock())
+            clock = clocks.get(source, Clock())
             apart_ns.setdefault(source, []).append(clock.to_reference(newest_ns) - reference_ns)
     for source, differences in apart_ns.items():
         apart_s = float(np.median(differences)) / NS_PER_S
         if abs(apart_s) > MOST_APART_S:
             raise InputError(
                 f"the stamps of '{source}' are {apart_s:+.1f} s from those of "
-                f"'{extrinsics.reference}' that were recorded at the same time, and the motion "
+                f"'{reference}' that were recorded at the same time, and the motion "
                 "does not tell their clocks' offset: give it in the section 'clocks' of an "
                 "extrinsics file (docs/calibration.md), or leave this source out"
             )

@@ -7,7 +7,7 @@ import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
 from pose_calibration.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import calibrate, complete
+from pose_calibration.session_calibration import calibrate, calibrate_people, complete
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import IMUS
@@ -90,8 +90,11 @@ def test_stamps_that_are_farther_apart_than_the_motion_tells_are_refused(source)
     else:
         recorded = [each for one in together for each in ([one], imu_at(one.stamp_ns + apart_ns))]
 
-    with pytest.raises(InputError, match=rf"the stamps of '{source}' are \+61.0 s from those of"):
+    message = rf"the stamps of '{source}' are \+61.0 s from those of"
+    with pytest.raises(InputError, match=message):
         complete(recorded, known)
+    with pytest.raises(InputError, match=message):
+        calibrate_people(recorded, ["left", "right"])
 
 
 def imu_at(stamp_ns):

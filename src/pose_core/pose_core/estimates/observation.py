@@ -21,11 +21,3 @@ class Observation:
     tracking_state: NDArray[np.uint8]  # (sensors, 15), values of TrackingState
     cameras: FloatArray  # (sensors, 3) [m] positions of the sensors; NaN if unknown
     imus: ImuMeasurements  # of all IMUs, each in its own reference frame
-
-
-def mean_of_sensors(measured: FloatArray) -> FloatArray:
-    """Mean over the sensors that measure a joint, (sensors, 15, 3) to (15, 3) [m]; NaN if none."""
-    seen = np.isfinite(measured)
-    count = seen.sum(axis=0)
-    total = np.where(seen, measured, 0.0).sum(axis=0)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)

@@ -9,7 +9,7 @@ from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape, with_shorter_arms
 from pose_core.counters import Counters
-from pose_core.estimates.observation import Observation, mean_of_sensors
+from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import FusionParameters
@@ -23,6 +23,7 @@ from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.tracker_errors import LONGEST_GAP_S
 from pose_core.filter.tuning import FilterTuning
+from pose_core.finite_numbers import nan_mean
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
@@ -176,7 +177,7 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _start(self, observation: Observation) -> bool:
         """Initialise the filter from the mean of the cameras; False if the trunk is not visible."""
-        if not self._filter.start(mean_of_sensors(observation.positions)):
+        if not self._filter.start(nan_mean(observation.positions)):
             self.counters.add("frames_without_trunk")
             return False
         self.counters.add("filter_starts")

@@ -9,10 +9,11 @@ References:
 import numpy as np
 
 from pose_core.baseline_filters.constant_velocity import FRAME_PERIOD_S, ConstantVelocityFilter
-from pose_core.estimates.observation import Observation, mean_of_sensors
+from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.pose_of_joints import PoseOfJoints
+from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 
@@ -48,7 +49,7 @@ class JointKalmanFilter(StepwiseEstimator):
 
     def _start(self, observation: Observation) -> bool:
         """Initialise from the mean of the sensors, once every joint has been measured."""
-        mean = mean_of_sensors(observation.positions)
+        mean = nan_mean(observation.positions)
         if not np.all(np.isfinite(mean)):
             return False
         self.counters.add("filter_starts")

@@ -14,10 +14,11 @@ from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
 from pose_core.estimates.body_estimates import Source
-from pose_core.estimates.observation import Observation, mean_of_sensors
+from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import FusionParameters
+from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.stamps import NS_PER_S
 
@@ -95,7 +96,7 @@ class Li2020Estimator(StepwiseEstimator):
     def _start(self, stamp_ns: int, measured: FloatArray) -> bool:
         self._forget()
         self._root_vector = None
-        if not self._filter.start(mean_of_sensors(measured)):
+        if not self._filter.start(nan_mean(measured)):
             self.counters.add("frames_without_trunk")
             return False
         self.counters.add("filter_starts")

@@ -8,11 +8,12 @@ from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
-from pose_core.estimates.observation import Observation, mean_of_sensors
+from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.pose_of_joints import PoseOfJoints
+from pose_core.finite_numbers import nan_mean
 
 
 class MeanOfSensors(StepwiseEstimator):
@@ -45,7 +46,7 @@ class MeanOfSensors(StepwiseEstimator):
         """Return the joints unfiltered; a joint that no sensor measures is NaN."""
         chosen = np.where(self._is_chosen[:, None, None], observation.positions, np.nan)
         tracking_state = observation.tracking_state.max(axis=0)
-        return self._pose.at(observation.stamp_ns, mean_of_sensors(chosen), tracking_state)
+        return self._pose.at(observation.stamp_ns, nan_mean(chosen), tracking_state)
 
 
 class LeftSensor(MeanOfSensors):

@@ -224,7 +224,8 @@ class PeoplePipeline:
                 self._pipelines.choose_subject(self.choice.number)
         for number, sample in assigned:
             stamp_ns = self._people.stamp_ns(sample)
-            if self._is_live and self._people.newest_ns - stamp_ns > LONGEST_HELD_NS:
+            held_ns = self._people.stamp_ns(frame[0]) - stamp_ns
+            if self._is_live and held_ns > LONGEST_HELD_NS:
                 self._counters.add("skeletons_held_too_long")
                 continue
             self._release_imus(stamp_ns)
