@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.estimates.observation import Observation
 from pose_core.filter.imu import NO_IMUS, ImuFrame
@@ -16,6 +17,7 @@ from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import AlignmentTuning, SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.imu.slip_check import SlipCheck
 from pose_core.stamps import NS_PER_S
 
 SOLVE_PERIOD_NS = NS_PER_S // 2
@@ -54,6 +56,7 @@ class ImuAlignments:
         self._spine_bend = spine_bend
         self._tuning = AlignmentTuning()
         self._exchanges = ExchangeCheck()
+        self._slips = SlipCheck()
         self._worn: dict[str, _Worn] = {}
         self._known: dict[tuple[str, ...], list[tuple[int, _Worn]]] = {}  # see _worn_by
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
@@ -84,6 +87,7 @@ class ImuAlignments:
             discard: Whether to discard the measurements, which were of a wrong state.
         """
         self._observed_ns = None
+        self._slips = SlipCheck()
         for worn in self._worn.values():
             worn.use.is_aligned = False
             if discard:
@@ -138,6 +142,10 @@ class ImuAlignments:
         """
         stamp_ns, imus = observation.stamp_ns, observation.imus
         self._exchanges.add(stamp_ns, observation.positions, observation.tracking_state, imus)
+        headings = self._headings(imus.segments, state)
+        self._slips.add(
+            stamp_ns, observation.positions, observation.tracking_state, imus, headings
+        )
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
@@ -163,13 +171,16 @@ class ImuAlignments:
 
     def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
-        exchanged = self._exchanges.exchanged()
+        exchanged, slipped = self._exchanges.exchanged(), self._slips.slipped()
         for _, worn in self._worn_by(segments):
             worn.use.exchanged_with = exchanged.get(worn.use.segment, "")
             if worn.use.exchanged_with:
                 if worn.use.is_aligned:
                     self._forget(worn, state)
                 continue
+            if worn.use.segment in slipped:
+                self._forget(worn, state)
+                self._exchanges = ExchangeCheck()  # its sums are of two mountings
             if not worn.use.is_aligned:
                 known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
                 found = worn.alignment.solve(known, self._north(worn, state))
@@ -213,11 +224,20 @@ class ImuAlignments:
         """Exclude an IMU until it is realigned."""
         worn.use.is_aligned = False
         worn.alignment.clear()
+        self._slips.forget(worn.use.segment)
         column = int(state.imu_column[worn.link])
         if column != NO_COLUMN:
             own = slice(column, column + IMU_STATES)
             state.P[own, :] = 0.0
             state.P[:, own] = 0.0
+
+    def _headings(self, segments: tuple[str, ...], state: FilterState) -> FloatArray:
+        """Headings of the aligned IMUs' reference frames [rad], (imus,); NaN of the others."""
+        headings = np.full(len(segments), np.nan)
+        for row, worn in self._worn_by(segments):
+            if worn.use.is_aligned:
+                headings[row] = state.heading[worn.link]
+        return headings
 
     def _north(self, worn: _Worn, state: FilterState) -> float | None:
         """Heading [rad] of the world common to this IMU and aligned ones; None if unknown."""

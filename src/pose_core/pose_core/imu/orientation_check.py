@@ -34,7 +34,7 @@ MOST_TILT = 0.1  # [rad] tilt that a jump of the heading may have
 TOLERATED = 3.0  # [jumps] before an IMU is excluded
 FORGIVEN = 2.0  # [jumps/s]
 STEADY_NS = NS_PER_S  # [ns] without a jump, after which it is used again
-SMALLEST_SLIP = 0.6  # [rad] jump of a sensor that has moved on its segment
+SMALLEST_SLIP = 0.35  # [rad] jump of a sensor that has moved on its segment
 SLIP_NS = NS_PER_S // 40  # [ns] without a further jump, after which it is no bad sample
 
 Quaternion = tuple[float, float, float, float]

@@ -1,0 +1,193 @@
+r"""Finds IMUs that have slipped on their segment, from what the cameras see of the segment.
+
+An axis a of a segment, as the cameras measure it, has a constant direction in the axes of a sensor
+that is fixed to the segment, :math:`u = R_{ws}^T R_z(\psi)^T a`. Its mean over the last seconds,
+:math:`u_l`, is compared with that before, :math:`u_b`; a tracker's constant errors are in both. The
+sensor has rotated by S, in its own axes, which maximises
+
+.. math:: J(S) = \sum_{c,k} w_{ck}\, u_{l,ck} \cdot S\,u_{b,ck} + w_0\,\mathrm{tr}\,S
+
+over all cameras c and axes k: the long axis, of legs also the hinge of the bent knee, of the trunk
+the line through the shoulders. It has slipped if S explains the axes clearly better than no rotation
+does, for each camera. The filter's own rotations are not used: an IMU that takes part has turned
+them already.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.arrays import FloatArray
+from pose_core.imu.imu_history import ImuMeasurements
+from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, SIDES, TrackingState
+from pose_core.stamps import NS_PER_S
+
+PERIOD_NS = 80_000_000  # [ns] between two frames of a camera: their errors are correlated
+BIN_NS = NS_PER_S  # [ns] of one partial sum
+LAST_BINS = 5  # partial sums that are the last seconds
+MEMORY_BINS = 30.0  # time constant of the mean before, in partial sums
+DIRECTION_STDDEV = 0.12  # [rad] of an axis by a camera
+HINGE_STDDEV = 0.2  # [rad] of a knee's axis, bent at a right angle
+LEAST_BEND = 0.3  # [-] sine of a knee's bend from which on its axis is used
+LATE_S = 0.1  # [s] in addition for each unit of the sensor's rate
+INDEPENDENT_S = 0.5  # [s] correlation time of these errors
+LEAST_LAST, LEAST_BEFORE = 0.3, 0.6  # independent samples required
+POSTURE_STDDEV = 0.12  # [rad] by which a mean differs from posture to posture
+SLIP_STDDEV = 0.5  # [rad] prior of a slip
+LEAST_GAIN = 12.0  # [-] of the squared distance; 9.7 was the largest of 18 sessions without slips
+LEAST_ARM_GAIN = 15.0  # [-] the same for arms, where trackers have larger errors; 14.5
+LEAST_SHARE = 0.33  # [-] of it, for each camera
+
+_KNEES = {
+    f"{side}_{segment}": [JOINT_INDEX[f"{side}_{joint}"] for joint in ("hip", "knee", "foot")]
+    for side in SIDES
+    for segment in ("thigh", "shank")
+}
+_SHOULDERS = [JOINT_INDEX[f"{side}_shoulder"] for side in SIDES]
+_MISSING = len(JOINT_INDEX)  # index of a joint that is never measured
+
+
+class SlipCheck:
+    """Accumulates the segments' axes in the axes of their sensors."""
+
+    def __init__(self) -> None:
+        self._restart((), 0, 0)
+
+    def add(
+        self,
+        stamp_ns: int,
+        positions: FloatArray,
+        tracking_state: NDArray[np.uint8],
+        imus: ImuMeasurements,
+        headings: FloatArray,
+    ) -> None:
+        """Add one instant.
+
+        Args:
+            stamp_ns: The instant [ns].
+            positions: Joints by the cameras in map, (sensors, 15, 3) [m].
+            tracking_state: (sensors, 15).
+            imus: The IMUs at that instant.
+            headings: Of their reference frames in map [rad], (imus,); NaN of those not aligned.
+        """
+        if imus.segments != self._segments or len(positions) != len(self._last_ns):
+            self._restart(imus.segments, len(positions), stamp_ns)
+        if not 0 <= stamp_ns - self._bin_ns < BIN_NS:
+            self._begin_bin(stamp_ns)
+        due = np.any(tracking_state, axis=1)
+        due &= (stamp_ns - self._last_ns >= PERIOD_NS) | (stamp_ns < self._last_ns)
+        if not due.any():
+            return
+        self._last_ns[due] = stamp_ns
+        rates = np.linalg.norm(imus.angular_velocity, axis=1)
+        late_variance = (LATE_S * rates)[:, None] ** 2
+        R_map_sensor = _about_vertical(headings) @ imus.R_world_sensor
+        for sensor in np.flatnonzero(due).tolist():
+            is_tracked = (tracking_state[sensor] == TrackingState.TRACKED)[:, None]
+            axes, variance = self._axes(np.where(is_tracked, positions[sensor], np.nan))
+            weighted = (axes @ R_map_sensor) / (variance + late_variance)[..., None]
+            weight = 1.0 / (variance + late_variance)
+            known = np.isfinite(weighted).all(axis=2)
+            self._now[sensor, ..., :3] += np.where(known[..., None], weighted, 0.0)
+            self._now[sensor, ..., 3] += np.where(known, weight, 0.0)
+
+    def forget(self, segment: str) -> None:
+        """Restart with a segment whose IMU is aligned anew."""
+        if segment in self._segments:
+            row = self._segments.index(segment)
+            for sums in (self._before, self._now, *self._last):
+                sums[:, row] = 0.0
+
+    def slipped(self) -> Sequence[str]:
+        """Segments whose IMU has slipped."""
+        if not self._last:
+            return ()
+        per_sample = INDEPENDENT_S / (PERIOD_NS / NS_PER_S)
+        last, before = sum(self._last) / per_sample, self._before / per_sample
+        information = 1.0 / DIRECTION_STDDEV**2
+        is_known = last[..., 3] > LEAST_LAST * information
+        is_known &= before[..., 3] > LEAST_BEFORE * information
+        rows = np.flatnonzero(is_known.any(axis=(0, 2)))
+        return [
+            self._segments[row]
+            for row in rows.tolist()
+            if _has_slipped(
+                last[:, row],
+                before[:, row],
+                is_known[:, row],
+                LEAST_ARM_GAIN if self._is_arm[row] else LEAST_GAIN,
+            )
+        ]
+
+    def _restart(self, segments: tuple[str, ...], sensors: int, stamp_ns: int) -> None:
+        self._segments, self._bin_ns = segments, stamp_ns
+        self._last_ns = np.zeros(sensors, np.int64)
+        self._now = np.zeros((sensors, len(segments), 2, 4))  # weighted axis; weight
+        self._before = np.zeros_like(self._now)
+        self._last: deque[FloatArray] = deque(maxlen=LAST_BINS)
+        self._ends = np.full((2, len(segments)), _MISSING)
+        self._knees = np.full((3, len(segments)), _MISSING)
+        for row, name in enumerate(segments):
+            if name in SEGMENT_ENDS:
+                self._ends[:, row] = [JOINT_INDEX[joint] for joint in SEGMENT_ENDS[name]]
+            if name in _KNEES:
+                self._knees[:, row] = _KNEES[name]
+        self._is_arm = [name.endswith("arm") for name in segments]
+
+    def _begin_bin(self, stamp_ns: int) -> None:
+        self._bin_ns = stamp_ns
+        if len(self._last) == LAST_BINS:
+            self._before = np.exp(-1.0 / MEMORY_BINS) * self._before + self._last[0]
+        self._last.append(self._now)
+        self._now = np.zeros_like(self._now)
+
+    def _axes(self, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Axes of the segments, (imus, 2, 3), and their variances, (imus, 2) [rad²]; or NaN."""
+        joints = np.vstack([joints, np.full(3, np.nan)])
+        start, end = joints[self._ends]
+        hip, knee, foot = joints[self._knees]
+        hinge = np.cross(knee - hip, foot - knee)
+        lengths = np.linalg.norm(knee - hip, axis=1) * np.linalg.norm(foot - knee, axis=1)
+        with np.errstate(invalid="ignore"):  # joints that coincide have no axis
+            bend = np.linalg.norm(hinge, axis=1) / lengths
+        axes = np.stack([start - end, hinge], axis=1)
+        variance = np.full(axes.shape[:2], DIRECTION_STDDEV**2)
+        variance[:, 1] = np.where(bend > LEAST_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
+        if "torso" in self._segments:
+            row, (left, right) = self._segments.index("torso"), joints[_SHOULDERS]
+            axes[row, 1], variance[row, 1] = left - right, DIRECTION_STDDEV**2
+        with np.errstate(invalid="ignore"):
+            return axes / np.linalg.norm(axes, axis=2, keepdims=True), variance
+
+
+def _has_slipped(
+    last: FloatArray, before: FloatArray, is_known: NDArray[np.bool_], least_gain: float
+) -> bool:
+    """Whether a rotation explains one IMU's axes better, from the sums (sensors, 2, 4)."""
+    last, before = last[is_known], before[is_known]
+    weight = 1.0 / (1.0 / last[:, 3] + 1.0 / before[:, 3] + POSTURE_STDDEV**2)
+    outer = np.einsum("n,ni,nj->nij", weight, _normalised(last), _normalised(before))
+    B = np.zeros((len(is_known), 3, 3))
+    np.add.at(B, np.nonzero(is_known)[0], outer)
+    U, _, Vt = np.linalg.svd(B.sum(axis=0) + np.eye(3) / SLIP_STDDEV**2)
+    S = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+    gains = 2.0 * (np.einsum("ij,cij->c", S, B) - np.trace(B, axis1=1, axis2=2))
+    gains = gains[is_known.any(axis=1)]
+    return bool(gains.sum() > least_gain and gains.min() > LEAST_SHARE * least_gain)
+
+
+def _normalised(sums: FloatArray) -> FloatArray:
+    """The mean axes, (n, 3), of sums (n, 4)."""
+    axes = sums[:, :3]
+    return axes / np.linalg.norm(axes, axis=1, keepdims=True)
+
+
+def _about_vertical(angles: FloatArray) -> FloatArray:
+    """Rotations about z, (n, 3, 3)."""
+    R = np.zeros((len(angles), 3, 3))
+    R[:, 0, 0] = R[:, 1, 1] = np.cos(angles)
+    R[:, 1, 0] = np.sin(angles)
+    R[:, 0, 1], R[:, 2, 2] = -R[:, 1, 0], 1.0
+    return R
