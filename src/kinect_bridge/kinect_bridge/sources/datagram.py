@@ -7,7 +7,8 @@ import numpy as np
 from msgspec import Meta
 
 from kinect_bridge.sources.live import MAX_ID, MAX_PEOPLE, Person
-from pose_io.recordings.joint_maps import FloatArray, JointMap
+from pose_core.arrays import FloatArray
+from pose_io.recordings.joint_maps import JointMap
 
 VERSION = 1
 MAX_BYTES = 32_768

@@ -15,9 +15,9 @@ import numpy as np
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.live import MAX_PEOPLE, Person
 from kinect_bridge.sources.topic_source import TopicSource
+from pose_core.arrays import FloatArray
 from pose_core.errors import ParameterError
 from pose_core.stamps import nanoseconds
-from pose_io.recordings.joint_maps import FloatArray
 
 TF_STATIC = "/tf_static"
 MAX_FRAMES = 4096  # largest number of stored frames
@@ -65,11 +65,7 @@ def rotate(quaternion: FloatArray, point: FloatArray) -> FloatArray:
 
 
 class TfSource(TopicSource):
-    """Source of persons as frames on ``/tf``.
-
-    Raises:
-        PoseError: If a parameter is invalid.
-    """
+    """Source of persons as frames on ``/tf``."""
 
     NAME, TOPIC, JOINT_MAP = "tf", "/tf", "openni_tf"
     TYPE = "tf2_msgs/msg/TFMessage"
