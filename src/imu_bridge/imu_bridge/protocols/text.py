@@ -33,19 +33,12 @@ _SEPARATOR = re.compile(r"[,;:=\s]+")
 
 @dataclass(frozen=True, kw_only=True)
 class LineFormat:
-    """Format of a line.
+    """Format of a line."""
 
-    Attributes:
-        columns: Column by field name.
-        scales: Value of one unit in SI units (time: us), by field name.
-        width: Count of numbers in a line.
-        prefix: Beginning of a line of data.
-    """
-
-    columns: Mapping[str, int]
-    scales: Mapping[str, float]
-    width: int
-    prefix: str = ""
+    columns: Mapping[str, int]  # by field name
+    scales: Mapping[str, float]  # value of one unit in SI units (time: us), by field name
+    width: int  # count of numbers in a line
+    prefix: str = ""  # beginning of a line of data
 
 
 def line_format(options: Mapping[str, Any]) -> LineFormat:
