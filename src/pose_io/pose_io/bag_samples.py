@@ -68,9 +68,8 @@ class BagFrames:
             )
 
     def __iter__(self) -> Iterator[Persons | ImuBlock]:
-        span_ns = max(1, self._bag.end_ns - self._bag.start_ns)
         for batch in self._bag.batches([*self._sensors, *self._imus]):
-            self._progress((batch[0][1] - self._bag.start_ns) / span_ns)
+            self._progress(self._bag.share_before(batch[0][1]))
             yield from self._in_turns(batch)
         self._progress(1.0)
 
