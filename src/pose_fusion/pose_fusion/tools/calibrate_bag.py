@@ -25,6 +25,7 @@ from pose_fusion.calibration_lines import floor_line
 from pose_fusion.session_extrinsics import checked_sensors
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
+from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
 
@@ -92,12 +93,7 @@ def calibrate_bag(
         everything = list(frames)
         progress.update(task, description="solving", total=None)
         return calibrate_people(
-            everything,
-            sensors,
-            parameters.person,
-            limits=parameters.limits,
-            mounting=parameters.known_mounting,
-            find_clock_offsets=find_clock_offsets,
+            everything, sensors, parameters, find_clock_offsets=find_clock_offsets
         )
 
 
@@ -157,8 +153,7 @@ def main(given: list[str]) -> None:
     """Run with the arguments of the command line."""
     arguments = make_parser().parse_args(given)
     parameters = from_arguments(CalibrationParameters, arguments)
-    if not arguments.output.parent.is_dir():
-        raise InputError(f"cannot write {arguments.output}: its folder does not exist")
+    check_folder_of(arguments.output)
     with open_bag(arguments.in_bag) as bag:
         sensors = choose_sensors(bag, arguments.sensors)
         session = calibrate_bag(
