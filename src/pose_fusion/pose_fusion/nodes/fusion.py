@@ -58,11 +58,7 @@ LATCHED_QOS = latched(QUEUE)
 
 
 class FusionNode(ManagedNode[FusionNodeParameters]):
-    """Passes samples to a :class:`PeoplePipeline` and publishes its estimates.
-
-    Args:
-        **options: As for ``rclpy.node.Node``.
-    """
+    """Passes samples to a :class:`PeoplePipeline` and publishes its estimates."""
 
     def __init__(self, **options: Any) -> None:
         self._bodies: BodyPublishers | None = None

@@ -14,10 +14,6 @@ from pose_node.nodes.diagnostics import Report
 class FusionReporter:
     """Reports the state of the tracking, the sensors in use, and the latency.
 
-    Args:
-        pipeline: The node's pipeline.
-        reader: The node's reader of messages.
-
     Attributes:
         latency_s: Latency of the subject's last estimate [s].
     """

@@ -43,12 +43,7 @@ PROBE = "~/probe"
 
 
 class GraphListener(Node):
-    """Subscribes to all our topics that appear, and collects statistics.
-
-    Args:
-        name: The node's name.
-        **options: As for ``rclpy.node.Node``.
-    """
+    """Subscribes to all our topics that appear, and collects statistics."""
 
     def __init__(self, name: str = "listener", **options: Any) -> None:
         super().__init__(name, **options)

@@ -25,13 +25,7 @@ GOOD_SHARE, FAIR_SHARE = 0.9, 0.5  # [-]
 
 
 def page(snapshot: GraphSnapshot, clock: str, height: int = 24) -> RenderableType:
-    """The whole page, at most ``height`` lines.
-
-    Args:
-        snapshot: The graph.
-        clock: The time of day, for the title.
-        height: Lines of the terminal.
-    """
+    """The whole page, at most ``height`` lines."""
     topics = _topic_rows(snapshot)
     parts: list[RenderableType] = [_title(snapshot, clock), _topics_table(topics)]
     used = 2 + len(topics)
