@@ -14,7 +14,7 @@ from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.source import SOURCES, SkeletonFrame, SkeletonSource, Topic
 from pose_core.counters import Counters
 from pose_core.joints import TrackingState
-from pose_io.names import sensor_frame
+from pose_io.names import sensor_frame, skeletons_topic
 from pose_node.node_status import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.message_types import message_class
@@ -42,7 +42,7 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
         self._source = self._make_source()
         self.diagnostics.hardware_id = self._source.hardware_id
         self._publisher = self.create_publisher(
-            SkeletonArray, f"kinect_{name}/skeletons", qos_profile_sensor_data
+            SkeletonArray, skeletons_topic(name), qos_profile_sensor_data
         )
 
     def activate(self) -> None:

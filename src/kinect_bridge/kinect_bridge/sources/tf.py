@@ -99,7 +99,8 @@ class TfSource(TopicSource):
         return f"frames such as '{frame}' on {self.hardware_id}"
 
     def _take(self, transform: Any) -> None:
-        rotation, translation = _values(transform.transform)
+        r, t = transform.transform.rotation, transform.transform.translation
+        rotation, translation = np.array([r.x, r.y, r.z, r.w]), np.array([t.x, t.y, t.z])
         if not np.isfinite(translation).all() or not 0.0 < rotation @ rotation < np.inf:
             self.counters.add("transforms_not_finite")
             return
@@ -154,11 +155,6 @@ class TfSource(TopicSource):
                 break
             frame = self._tree.parent(frame) or ""
         return frame
-
-
-def _values(transform: Any) -> tuple[FloatArray, FloatArray]:
-    r, t = transform.rotation, transform.translation
-    return np.array([r.x, r.y, r.z, r.w]), np.array([t.x, t.y, t.z])
 
 
 def _pattern(template: str) -> re.Pattern[str]:

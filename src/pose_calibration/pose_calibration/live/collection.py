@@ -38,15 +38,6 @@ class Collection:
         accelerometer: Measurements of the reference's accelerometer.
         imu_memory: Orientations of body-worn IMUs.
         counters: Counts the solutions; :data:`COUNTERS` are declared.
-
-    Attributes:
-        clock_offsets: The last estimates, by sensor.
-        imus: The last estimates from body-worn IMUs.
-        advice: What the last solution lacks, an instruction to the person; empty if nothing.
-        progress: Of the last solution, 0 to 1.
-        is_complete: Whether the last solution is final.
-        aligner: Aligns the samples at common instants.
-        calibrator: Collects what is aligned.
     """
 
     def __init__(
@@ -56,9 +47,11 @@ class Collection:
         imu_memory: ImuMemory,
         counters: Counters,
     ) -> None:
-        self.clock_offsets: dict[str, ClockOffset] = {}
-        self.imus: ImuFindings | None = None
-        self.advice, self.progress, self.is_complete = "", 0.0, False
+        self.clock_offsets: dict[str, ClockOffset] = {}  # of the last attempt, by sensor
+        self.imus: ImuFindings | None = None  # of the last solution
+        self.advice = ""  # what the last solution lacks, an instruction to the person
+        self.progress = 0.0  # of the last solution, 0 to 1
+        self.is_complete = False  # whether the last solution is final
         self._parameters = parameters
         self._accelerometer, self._imu_memory = accelerometer, imu_memory
         self._counters = counters

@@ -32,7 +32,7 @@ from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.sample_reader import read_imus
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
-from pose_io.names import sensor_frame
+from pose_io.names import imu_topic, sensor_frame, skeletons_topic
 from pose_node.kept import kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
@@ -82,14 +82,14 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     def activate(self) -> None:
         """Subscribe to the sensors; publish what is already known."""
         sensors = self.settings.sensors
-        frames = {sensor: f"kinect_{sensor}/skeletons" for sensor in sensors}
+        frames = {sensor: skeletons_topic(sensor) for sensor in sensors}
         self._readers = {sensor: SkeletonReader(sensor) for sensor in frames}
         self._frames = Inbox(self, SkeletonArray, frames, FRAMES_QOS)
         self._reference_frame = sensor_frame(sensors[0])
         self.create_subscription(
             Imu, f"kinect_{sensors[0]}/imu", self._on_acceleration, qos_profile_sensor_data
         )
-        topics = {segment: f"imu_{segment}/data" for segment in SEGMENT_ENDS}
+        topics = {segment: imu_topic(segment) for segment in SEGMENT_ENDS}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
         self._standstill = Standstill({**self._frames.queues, **self._imus.queues})
         steady_timer(self, PERIOD_S, self._take)

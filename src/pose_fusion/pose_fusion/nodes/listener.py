@@ -25,7 +25,7 @@ from pose_fusion.watching.observation import (
     TopicWatch,
     TrackingWatch,
 )
-from pose_io.names import BODIES
+from pose_io.names import BODIES, SKELETON_ARRAY
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
@@ -102,7 +102,7 @@ class GraphListener(Node):
     def _reader_of(self, topic: str, msgtype: str) -> Callable[[str, Any], None] | None:
         """The function that reads a topic's messages, if there is one."""
         leaf = topic.split("/")[-1] if topic.startswith(BODIES) else ""
-        if msgtype == "pose_msgs/msg/SkeletonArray":
+        if msgtype == SKELETON_ARRAY:
             return self._on_skeletons
         readers: dict[tuple[str, str], Callable[[str, Any], None]] = {
             ("skeleton", "pose_msgs/msg/Skeleton"): self._on_skeleton,
@@ -117,7 +117,7 @@ class GraphListener(Node):
         self, topic: str, kind: Any, read: Callable[[str, Any], None] | None, data: bytes
     ) -> None:
         now_ns = time.time_ns()
-        has_header = hasattr(kind, "_header") or "header" in kind.get_fields_and_field_types()
+        has_header = "header" in kind.get_fields_and_field_types()
         self._watches[topic].add(now_ns, serialized_ns(data) if has_header else None)
         if read is None:
             return

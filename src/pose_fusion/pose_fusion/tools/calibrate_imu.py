@@ -54,11 +54,6 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def known_extrinsics(path: Path, sensors: tuple[str, ...]) -> Extrinsics | None:
-    """Extrinsics from the session's file; None if there is no such file."""
-    return load_extrinsics_of(path, sensors) if path.exists() else None
-
-
 def bag_extrinsics(bag: BagReader, parameters: ImuCalibrationParameters) -> Extrinsics:
     """Extrinsics from the bag's transforms, else from its motion."""
     frames = BagFrames(bag, imus=False)
@@ -143,7 +138,9 @@ def main(arguments: list[str]) -> None:
     given = make_parser().parse_args(arguments)
     check_folder_of(given.output)
     parameters = from_arguments(ImuCalibrationParameters, given)
-    extrinsics = known_extrinsics(given.output, parameters.sensors)
+    extrinsics = None
+    if given.output.exists():
+        extrinsics = load_extrinsics_of(given.output, parameters.sensors)
     if given.in_bag is not None:
         with open_bag(given.in_bag) as bag:
             checked_sensors(bag, parameters.sensors)

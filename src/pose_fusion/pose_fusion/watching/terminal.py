@@ -30,7 +30,8 @@ def page(snapshot: GraphSnapshot, clock: str, height: int = 24) -> RenderableTyp
     parts: list[RenderableType] = [_title(snapshot, clock), _topics_table(topics)]
     used = 2 + len(topics)
     seen = sorted(snapshot.tracked, key=lambda name: (name.startswith(BODIES), name))
-    tracked = {name: snapshot.tracked[name] for name in seen if _is_known(snapshot.tracked[name])}
+    shares = {name: snapshot.tracked[name] for name in seen}
+    tracked = {name: share for name, share in shares.items() if np.isfinite(share).any()}
     if tracked:
         parts.append(_tracking_table(tracked))
         used += 1 + len(MIDDLE) + len(PAIRED)
@@ -96,10 +97,6 @@ def _topics_table(rows: Sequence[Row]) -> Table:
     if not rows:
         table.add_row("no messages yet: try ./pose doctor", "", "", "", style="yellow")
     return table
-
-
-def _is_known(share: FloatArray) -> bool:
-    return bool(np.isfinite(share).any())
 
 
 def _tracking_table(tracked: dict[str, FloatArray]) -> Table:

@@ -23,8 +23,8 @@ from pose_io.cdr.kernels import (
     read_person,
 )
 from pose_io.cdr.layout import Walker
+from pose_io.names import SKELETON_ARRAY
 
-WHAT = "pose_msgs/msg/SkeletonArray"
 BEST_STATE = int(max(TrackingState))
 FORMS_KEPT = 16  # bounds the memory: persons leave, and new ids arrive
 FORM_BYTES_KEPT = 4_194_304  # [bytes] of all stored forms
@@ -75,7 +75,8 @@ class SkeletonReader:
         if not HEADER_SIZE < length <= MAX_MESSAGE:
             for index in indices:
                 result[index] = InputError(
-                    f"a {WHAT} has {length} bytes: expected {HEADER_SIZE + 1} to {MAX_MESSAGE}"
+                    f"a {SKELETON_ARRAY} has {length} bytes: expected {HEADER_SIZE + 1} to "
+                    f"{MAX_MESSAGE}"
                 )
             return
         joined = b"".join([datas[i] for i in indices])
@@ -112,7 +113,7 @@ class SkeletonReader:
 
 
 def _form_of(data: bytes) -> _Form:
-    walker = Walker(data, WHAT)
+    walker = Walker(data, SKELETON_ARRAY)
     walker.skip(4, 2)
     walker.string()
     persons = tuple(_person(walker) for _ in range(walker.length()))

@@ -12,16 +12,12 @@ PERIOD_S = 1.0
 
 
 class DiagnosticsPublisher:
-    """Publishes what ``report`` returns, under the node's fully qualified name.
-
-    Attributes:
-        hardware_id: The device, if there is one.
-    """
+    """Publishes what ``report`` returns, under the node's fully qualified name."""
 
     def __init__(self, node: Node, report: Callable[[], Report]) -> None:
         self._node = node
         self._report = report
-        self.hardware_id = ""
+        self.hardware_id = ""  # the device, if there is one
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._timer = steady_timer(node, PERIOD_S, self.publish)
 

@@ -41,18 +41,14 @@ JOINT_COLUMNS = tuple(f"{joint}_{axis}" for joint in KINECT_V2.joints for axis i
 
 def read(path: Path) -> Recording:
     """Read a file, see :class:`Format`."""
-    table = _with_one_naming(read_table(path))
+    table = read_table(path)
+    table = replace(table, header=tuple(RENAMED.get(name, name) for name in table.header))
     table.refuse_unknown([*USED, *UNUSED, *JOINT_COLUMNS])
     used = table.columns(USED)
     joints = table.columns(JOINT_COLUMNS)
     by_sensor = table.rows_by(used[2])
     streams = [_stream(table, name, rows, used, joints) for name, rows in by_sensor.items()]
     return make_recording(str(path), "kinectmultitrack", streams)
-
-
-def _with_one_naming(table: Table) -> Table:
-    header = tuple(RENAMED.get(name, name) for name in table.header)
-    return replace(table, header=header)
 
 
 def _stream(
