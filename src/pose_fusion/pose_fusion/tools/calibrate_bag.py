@@ -78,7 +78,6 @@ def calibrate_bag(
     parameters: CalibrationParameters,
     *,
     find_clock_offsets: bool = True,
-    console: Console | None = None,
 ) -> SessionCalibration:
     """Calibrate the session that a bag holds.
 
@@ -86,8 +85,7 @@ def calibrate_bag(
         CalibrationError: If it does not determine the calibration.
         InputError: If the bag is damaged.
     """
-    console = console or Console(stderr=True)
-    with progress_bar(console, TimeRemainingColumn()) as progress:
+    with progress_bar(Console(stderr=True), TimeRemainingColumn()) as progress:
         task = progress.add_task("reading", total=1.0)
         frames = BagFrames(bag, lambda share: progress.update(task, completed=share))
         everything = list(frames)
@@ -157,11 +155,7 @@ def main(given: list[str]) -> None:
     with open_bag(arguments.in_bag) as bag:
         sensors = choose_sensors(bag, arguments.sensors)
         session = calibrate_bag(
-            bag,
-            sensors,
-            parameters,
-            find_clock_offsets=arguments.clock_offsets,
-            console=Console(stderr=True),
+            bag, sensors, parameters, find_clock_offsets=arguments.clock_offsets
         )
     save_extrinsics(arguments.output, session.extrinsics, arguments.date)
     console = Console(soft_wrap=True)
