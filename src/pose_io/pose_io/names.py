@@ -3,6 +3,7 @@
 import re
 
 WORLD_FRAME = "map"
+TF_STATIC = "/tf_static"
 SKELETON_ARRAY = "pose_msgs/msg/SkeletonArray"  # type of a Kinect's frames
 SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
 BODIES = "/humans/bodies/"  # before a body's id

@@ -143,13 +143,12 @@ class TextParser:
         try:
             numbers = [float(word) for word in words]
         except ValueError:
-            self._refuse("bad_lines", line)
-            return None
+            numbers = []
         reading = self._reading(numbers) if len(numbers) == self._format.width else None
         if reading is None:
             self._refuse("bad_lines", line)
-            return None
-        self.counters.add("frames")
+        else:
+            self.counters.add("frames")
         return reading
 
     def _refuse(self, reason: str, line: bytes) -> None:

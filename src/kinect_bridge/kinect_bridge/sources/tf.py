@@ -18,8 +18,8 @@ from kinect_bridge.sources.topic_source import TopicSource
 from pose_core.arrays import FloatArray
 from pose_core.errors import ParameterError
 from pose_core.stamps import nanoseconds
+from pose_io.names import TF_STATIC
 
-TF_STATIC = "/tf_static"
 MAX_FRAMES = 4096  # largest number of stored frames
 MAX_DEPTH = 32  # largest number of transforms from a joint to the root
 JOINT, PERSON = "{joint}", "{person}"

@@ -25,7 +25,7 @@ from pose_fusion.watching.observation import (
     TopicWatch,
     TrackingWatch,
 )
-from pose_io.names import BODIES, SKELETON_ARRAY
+from pose_io.names import BODIES, SKELETON_ARRAY, TF_STATIC
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
@@ -36,7 +36,7 @@ from pose_node.nodes.running import node_of_tool
 
 DISCOVERY_S = 0.3  # [s] between searches for new topics
 DEPTH = 200  # [messages]
-OTHERS = ("/tf", "/tf_static", "/diagnostics", "/extrinsics")
+OTHERS = ("/tf", TF_STATIC, "/diagnostics", "/extrinsics")
 WITH_HEADER = (SENSOR_TOPIC, IMU_TOPIC)
 LATENCIES = 1000  # number of stored latencies
 PROBE = "~/probe"
@@ -109,7 +109,7 @@ class GraphListener(Node):
             ("estimate", "pose_msgs/msg/PoseEstimate"): self._on_estimate,
             ("", "diagnostic_msgs/msg/DiagnosticArray"): self._on_diagnostics,
         }
-        if topic == "/tf_static" and msgtype == "tf2_msgs/msg/TFMessage":
+        if topic == TF_STATIC and msgtype == "tf2_msgs/msg/TFMessage":
             return self._on_tf_static
         return readers.get((leaf, msgtype))
 

@@ -38,12 +38,11 @@ from pose_fusion.tools.compiling import prepare_visibly
 from pose_io.bag_samples import BagFrames
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
+from pose_io.names import TF_STATIC
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
 from pose_node.plain_console import progress_bar
-
-TF_STATIC = "/tf_static"
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
