@@ -70,12 +70,7 @@ class SegmentMessages:
 
 
 class _Template:
-    """A message's bytes, with its stamp at the beginning and its numbers at the end.
-
-    Args:
-        message: The message.
-        numbers: Count of numbers at its end.
-    """
+    """A message's bytes, with its stamp at the beginning and its numbers at the end."""
 
     def __init__(self, message: Any, numbers: int) -> None:
         self._data = bytearray(serialize_message(message))

@@ -21,19 +21,12 @@ from pose_core.plain_yaml import read_yaml
 
 @dataclass(frozen=True, kw_only=True)
 class PortConfig:
-    """Configuration of one port.
+    """Configuration of one port."""
 
-    Attributes:
-        name: Device path or pyserial URL.
-        protocol: A key of :data:`imu_bridge.protocols.PROTOCOLS`.
-        baudrate: [bit/s].
-        options: Options of the protocol.
-    """
-
-    name: str
-    protocol: str = "star"
-    baudrate: int = 921600
-    options: Mapping[str, Any] = field(default_factory=dict)
+    name: str  # device path or pyserial URL
+    protocol: str = "star"  # a key of PROTOCOLS
+    baudrate: int = 921600  # [bit/s]
+    options: Mapping[str, Any] = field(default_factory=dict)  # of the protocol
 
     def make_parser(self) -> Parser:
         """A new parser for this port."""

@@ -24,16 +24,10 @@ PAUSE_NS = 2 * NS_PER_S  # [ns] after a longer silence the number of lost sample
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class NodeTime:
-    """Time of a sample.
+    """Time of a sample."""
 
-    Attributes:
-        stamp_ns: Host time of the sample [ns], greater than that of the node's previous sample.
-        elapsed_s: Time since the node's previous sample [s]; None for the first sample, and for the
-            first after a jump of its clock.
-    """
-
-    stamp_ns: int
-    elapsed_s: float | None
+    stamp_ns: int  # [ns] on the host's clock, greater than that of the node's previous sample
+    elapsed_s: float | None  # [s] since that; None for the first sample, and after a clock's jump
 
 
 class NodeClock:

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imu_bridge.filters import FILTERS
-from imu_bridge.filters.orientation_filter import SampleRound
+from imu_bridge.filters.orientation_filter import IndexArray, SampleRound
 from imu_bridge.node_clock import CountingClock, NodeClock, NodeTime
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.protocols.reading import Parser, Reading, is_plausible
@@ -16,8 +15,6 @@ from imu_bridge.segments import ImuNode
 from imu_bridge.sequence import Arrival, SequenceTracker
 from pose_core.arrays import FloatArray
 
-IndexArray = NDArray[np.intp]
-
 NO_VECTOR = (np.nan,) * 3
 NO_QUATERNION = (np.nan,) * 4
 DEFAULTS = ImuBridgeParameters()
@@ -25,74 +22,44 @@ DEFAULTS = ImuBridgeParameters()
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Chunk:
-    """Bytes received from a port.
+    """Bytes received from a port."""
 
-    Attributes:
-        arrival_ns: Host time of arrival of the last byte [ns].
-        data: The bytes; empty where the stream was interrupted because the port was lost.
-        port: Index of the port.
-    """
-
-    arrival_ns: int
-    data: bytes
-    port: int = 0
+    arrival_ns: int  # [ns] of the last byte, on the host's clock
+    data: bytes  # empty where the stream was interrupted because the port was lost
+    port: int = 0  # index of the port
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImuBatch:
-    """n samples of any nodes, in order of arrival; a node's own samples in order of time.
+    """n samples of any nodes, in order of arrival; a node's own samples in order of time."""
 
-    Attributes:
-        node: Index into the nodes of the nodes file, shape (n,).
-        stamp_ns: Time of sampling, host time [ns].
-        raw_angular_velocity: As measured [rad/s], shape (n, 3).
-        raw_acceleration: As measured [m/s^2], shape (n, 3).
-        raw_magnetic_field: As measured [T], shape (n, 3); NaN where there is no new one.
-        angular_velocity: Calibrated, bias removed [rad/s], shape (n, 3).
-        acceleration: Calibrated [m/s^2], shape (n, 3).
-        orientation: ``R_world_sensor`` as (x, y, z, w), world ENU or, if the heading is
-            unknown, z up with an arbitrary heading; shape (n, 4); NaN before the first.
-        heading_stddev: Standard deviation of the heading [rad], shape (n,); pi where unknown.
-    """
-
-    node: IndexArray
-    stamp_ns: Sequence[int]
-    raw_angular_velocity: FloatArray
-    raw_acceleration: FloatArray
-    raw_magnetic_field: FloatArray
-    angular_velocity: FloatArray
-    acceleration: FloatArray
+    node: IndexArray  # (n,) index into the nodes of the nodes file
+    stamp_ns: Sequence[int]  # n times of sampling [ns] on the host's clock
+    raw_angular_velocity: FloatArray  # (n, 3) [rad/s] as measured
+    raw_acceleration: FloatArray  # (n, 3) [m/s^2] as measured
+    raw_magnetic_field: FloatArray  # (n, 3) [T] as measured; NaN where there is no new one
+    angular_velocity: FloatArray  # (n, 3) [rad/s] calibrated, bias removed
+    acceleration: FloatArray  # (n, 3) [m/s^2] calibrated
     orientation: FloatArray
-    heading_stddev: FloatArray
+    """``R_world_sensor`` as (x, y, z, w), (n, 4), NaN before the first; the world is ENU, or z up
+    with an arbitrary heading if it is unknown."""
+    heading_stddev: FloatArray  # (n,) [rad]; pi where the heading is unknown
 
     def __len__(self) -> int:
         """The number of samples."""
         return len(self.stamp_ns)
 
 
+@dataclass(kw_only=True)
 class NodeState:
-    """State of one node's stream.
+    """State of one node's stream."""
 
-    Args:
-        max_drift: Largest relative drift of its clock [s/s].
-        clock_modulus_us: Modulus of its clock [us].
-
-    Attributes:
-        sequence: Tracker of its sequence numbers.
-        clock: Mapping of its clock to host time.
-        samples: Number of filtered samples.
-        saturated: Number of these with an accelerometer or gyroscope axis at full scale.
-        implausible: Number of samples outside any sensor's range; they are left out.
-        gaps: Number of resets of its orientation after a gap.
-    """
-
-    def __init__(self, max_drift: float, clock_modulus_us: int) -> None:
-        self.sequence = SequenceTracker(clock_modulus_us)
-        self.clock: NodeClock | CountingClock = NodeClock(max_drift, modulus_us=clock_modulus_us)
-        self.samples = 0
-        self.saturated = 0
-        self.implausible = 0
-        self.gaps = 0
+    sequence: SequenceTracker
+    clock: NodeClock | CountingClock  # maps its clock to host time
+    samples: int = 0  # filtered
+    saturated: int = 0  # of these, with an accelerometer or gyroscope axis at full scale
+    implausible: int = 0  # samples outside any sensor's range; they are left out
+    gaps: int = 0  # resets of its orientation after a gap
 
     def stamp(self, clock_us: int | None, arrival_ns: int) -> NodeTime:
         """The host time of an accepted sample."""
@@ -128,9 +95,13 @@ class ImuPipeline:
     ) -> None:
         self.nodes = tuple(nodes)
         self.parsers = (StarParser(),) if parsers is None else tuple(parsers)
+        moduli_us = [self.parsers[node.port].clock_modulus_us for node in self.nodes]
         self.states = [
-            NodeState(parameters.max_clock_drift, self.parsers[node.port].clock_modulus_us)
-            for node in self.nodes
+            NodeState(
+                sequence=SequenceTracker(modulus_us),
+                clock=NodeClock(parameters.max_clock_drift, modulus_us),
+            )
+            for modulus_us in moduli_us
         ]
         self.unknown_nodes: dict[tuple[int, int], int] = {}
         self.filter = FILTERS[parameters.filter](len(self.nodes), parameters.filter_settings())
@@ -187,7 +158,9 @@ class ImuPipeline:
         field = _calibrated(
             raw_field, self._magnetometer_offset[node], self._magnetometer_matrix[node]
         )
-        self._count(readings, node)
+        for i, reading in zip(node.tolist(), readings, strict=True):
+            self.states[i].samples += 1
+            self.states[i].saturated += reading.saturated
         orientation = np.empty((len(readings), 4))
         heading_stddev = np.empty(len(readings))
         for rows in _rounds(node):
@@ -224,11 +197,6 @@ class ImuPipeline:
             self.states[i].gaps += not np.isnan(step_s)
             self.filter.reset(i)
         return np.where(anew, 0.0, dt)
-
-    def _count(self, readings: list[Reading], node: IndexArray) -> None:
-        for i, reading in zip(node.tolist(), readings, strict=True):
-            self.states[i].samples += 1
-            self.states[i].saturated += reading.saturated
 
 
 def _rows(vectors: Sequence[Sequence[float]], width: int) -> FloatArray:

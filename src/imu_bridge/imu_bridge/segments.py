@@ -20,36 +20,23 @@ NODE_KEYS = frozenset({"segment", "gyroscope_bias", "accelerometer", "magnetomet
 
 @dataclass(frozen=True, kw_only=True)
 class Linear:
-    """Calibration of a three-axis sensor.
+    """Calibration of a three-axis sensor."""
 
-    Attributes:
-        offset: In the sensor's unit, shape (3,).
-        matrix: Scale and misalignment [-], shape (3, 3).
-    """
-
-    offset: FloatArray = field(default_factory=lambda: np.zeros(3))
+    offset: FloatArray = field(default_factory=lambda: np.zeros(3))  # (3,) in the sensor's unit
     matrix: FloatArray = field(default_factory=lambda: np.eye(3))
+    """Scale and misalignment [-], shape (3, 3)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImuNode:
-    """One sensor.
+    """One sensor."""
 
-    Attributes:
-        node_id: Its id in the protocol, 0 to 255; 0 if the port has only one sensor.
-        segment: The body segment that carries it.
-        port: Index of its port.
-        gyroscope_bias: [rad/s], shape (3,).
-        accelerometer: Calibration, offset in [m/s^2].
-        magnetometer: Calibration (hard and soft iron), offset in [T].
-    """
-
-    node_id: int
-    segment: str
-    port: int = 0
-    gyroscope_bias: FloatArray = field(default_factory=lambda: np.zeros(3))
-    accelerometer: Linear = field(default_factory=Linear)
-    magnetometer: Linear = field(default_factory=Linear)
+    node_id: int  # in the protocol, 0 to 255; 0 if the port has only one sensor
+    segment: str  # the body segment that carries it
+    port: int = 0  # index of its port
+    gyroscope_bias: FloatArray = field(default_factory=lambda: np.zeros(3))  # (3,) [rad/s]
+    accelerometer: Linear = field(default_factory=Linear)  # offset in [m/s^2]
+    magnetometer: Linear = field(default_factory=Linear)  # hard and soft iron, offset in [T]
 
 
 def nodes_of(entries: Any, port: int) -> list[ImuNode]:

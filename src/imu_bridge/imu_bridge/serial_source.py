@@ -136,24 +136,18 @@ class SerialSource:
         deadline = time.monotonic() + wait_s
         backoff_s = FIRST_BACKOFF_S
         while not self._stopping.is_set():
-            opened = self._attempt()
-            if not isinstance(opened, InputError):
-                return opened
-            left_s = deadline - time.monotonic()
-            if left_s <= 0.0:
-                self.error = InputError(f"{opened} (waited {wait_s:g} s)")
-                self.state = PortState.FAILED
-                self._notify()
-                return None
+            try:
+                return self._open()
+            except InputError as error:
+                left_s = deadline - time.monotonic()
+                if left_s <= 0.0:
+                    self.error = InputError(f"{error} (waited {wait_s:g} s)")
+                    self.state = PortState.FAILED
+                    self._notify()
+                    return None
             self._stopping.wait(min(backoff_s, left_s))
             backoff_s = min(2.0 * backoff_s, LAST_BACKOFF_S)
         return None
-
-    def _attempt(self) -> serial.SerialBase | InputError:
-        try:
-            return self._open()
-        except InputError as error:
-            return error
 
     def _open(self) -> serial.SerialBase:
         try:

@@ -4,7 +4,7 @@ from geometry_msgs.msg import Point
 from pose_msgs.msg import Skeleton, SkeletonArray
 from std_msgs.msg import Header
 
-from kinect_bridge.sources.source import SkeletonFrame
+from kinect_bridge.source import SkeletonFrame
 from pose_core.joints import JOINTS
 from pose_node.conversions import ns_to_stamp
 

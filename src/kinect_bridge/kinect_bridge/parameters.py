@@ -1,17 +1,15 @@
 """The parameters of the node, declared once."""
 
-import re
 from dataclasses import dataclass
 
-from kinect_bridge.sources import SOURCES
+from kinect_bridge.source import SOURCES
 from pose_core.errors import ParameterError
-from pose_core.parameters import parameter
+from pose_core.parameters import NAME_ENDING, parameter
+from pose_core.stamps import NS_PER_S
 from pose_io.recordings.formats import AUTO, FORMATS
 from pose_io.recordings.timeline import CLOCKS
 
-MAX_START_NS = (
-    2**31 - 10**7
-) * 10**9  # [ns] stamps have 31 bits of seconds; the rest is for the replay
+MAX_START_NS = (2**31 - 10**7) * NS_PER_S  # [ns] a stamp's 31 bits of seconds, less a replay
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +17,9 @@ class KinectBridgeParameters:
     """Parameters of the node ``kinect_bridge``."""
 
     name: str = parameter(
-        "left", doc="the sensor's name: topic `kinect_<name>/skeletons`, and frame of the same name"
+        "left",
+        doc="the sensor's name: topic `kinect_<name>/skeletons`, and frame of the same name",
+        pattern=NAME_ENDING,
     )
     source: str = parameter("file", doc="source of the skeletons", choices=tuple(SOURCES))
     joint_map: str = parameter(
@@ -79,19 +79,6 @@ class KinectBridgeParameters:
         unit="ns",
     )
 
-    def checked_name(self) -> str:
-        """The sensor's name, which is part of a topic.
-
-        Raises:
-            ParameterError: If it is not valid in a topic.
-        """
-        if not re.fullmatch(r"[A-Za-z0-9]\w*", self.name, re.ASCII):
-            raise ParameterError(
-                f"name = {self.name!r} cannot be part of a topic: use letters, digits and "
-                f"underscores, for example 'left'"
-            )
-        return self.name
-
     def start_at_ns(self, now_ns: int) -> int:
         """Host time of the recording's time zero [ns].
 
@@ -100,7 +87,7 @@ class KinectBridgeParameters:
         """
         if not self.start_at:
             return now_ns
-        is_integer = re.fullmatch(r"\d+", self.start_at, re.ASCII) is not None
+        is_integer = self.start_at.isascii() and self.start_at.isdecimal()
         if not is_integer or int(self.start_at) > MAX_START_NS:
             raise ParameterError(
                 f"start_at = {self.start_at!r} is not a UNIX time in integer nanoseconds: give for "

@@ -20,9 +20,6 @@ MOST_SAMPLES = 4000  # [-] used for the measures
 def measure_body(samples: Sequence[SkeletonSample]) -> SessionBody | None:
     """The person's body shape from a whole session: many postures determine it better than one.
 
-    Args:
-        samples: The person's samples of all sensors.
-
     Returns:
         The measures; None if a joint was tracked too rarely.
     """

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from pose_calibration.extrinsics.extrinsics_calibration import CalibrationLimits
 from pose_calibration.floor.floor import KnownMounting
 from pose_core.api import MAX_GAP_S
 from pose_core.parameters import NAME_ENDING, RUN, parameter
@@ -48,15 +47,6 @@ class CalibrationParameters:
         limits=(0.0, 10.0),
         doc="height of the first sensor above the floor, if given",
     )
-
-    @property
-    def limits(self) -> CalibrationLimits:
-        """Quality that a calibration must reach."""
-        return CalibrationLimits(
-            minimum_frames=self.minimum_frames,
-            rotation_stddev=self.rotation_stddev,
-            median_residual=self.median_residual,
-        )
 
     @property
     def known_mounting(self) -> KnownMounting:

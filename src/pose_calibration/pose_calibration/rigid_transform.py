@@ -34,6 +34,11 @@ class RobustFit:
     residuals: FloatArray  # (n,) [m] distance of each pair after the transform
     weights: FloatArray  # (n,) [-] robust weight, 0 for an outlier, 1 for perfect agreement
 
+    @property
+    def median(self) -> float:
+        """Median residual [m]."""
+        return float(np.median(self.residuals))
+
 
 def spread(points: FloatArray, weights: FloatArray | None = None) -> FloatArray:
     """RMS extent of a point cloud along its principal axes [m], shape (3,), descending.

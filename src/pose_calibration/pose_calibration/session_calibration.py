@@ -5,20 +5,16 @@ Used by ``./pose calibrate`` and ``./pose fuse``.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
-from pose_calibration.extrinsics.extrinsics_calibration import (
-    CalibrationLimits,
-    ExtrinsicsCalibrator,
-)
-from pose_calibration.floor.floor import KnownMounting
+from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
-from pose_calibration.people.calibration_person import match_people, only_person, with_id
+from pose_calibration.parameters import CalibrationParameters
+from pose_calibration.people.calibration_person import match_people, with_id
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
     IMUS,
@@ -61,9 +57,8 @@ class SessionCalibration:
 def calibrate(
     samples: Iterable[SkeletonSample | ImuBlock],
     sensors: Sequence[str],
+    parameters: CalibrationParameters | None = None,
     *,
-    limits: CalibrationLimits | None = None,
-    mounting: KnownMounting | None = None,
     find_clock_offsets: bool = True,
 ) -> SessionCalibration:
     """Calibrate a recorded session.
@@ -73,8 +68,7 @@ def calibrate(
             IMUs' samples if they are to be used.
         sensors: The sensors' names, the reference first; samples of others are left out. With a
             single one, only the floor is found.
-        limits: Quality that the calibration must reach.
-        mounting: Known tilt and height of the reference sensor.
+        parameters: Quality that the calibration must reach, known tilt and height of the reference.
         find_clock_offsets: Whether to estimate the offsets between the sources' clocks.
 
     Raises:
@@ -84,7 +78,7 @@ def calibrate(
     searched = sensors if find_clock_offsets else sensors[:1]
     offsets, clocks = _clock_offsets(by_sensor, searched)
     frames = _aligned(by_sensor, clocks)
-    calibrator = ExtrinsicsCalibrator(sensors, limits, mounting)
+    calibrator = ExtrinsicsCalibrator(sensors, parameters)
     for frame in frames:
         calibrator.add(frame)
     extrinsics = replace(calibrator.solve(), clocks=clocks)
@@ -105,16 +99,17 @@ def calibrate(
 def calibrate_people(
     frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
     sensors: Sequence[str],
-    person: str = "",
-    **options: Any,
+    parameters: CalibrationParameters | None = None,
+    *,
+    find_clock_offsets: bool = True,
 ) -> SessionCalibration:
     """Calibrate a recorded session in which there may be several people.
 
     Args:
         frames: Frames of all sensors with all persons, and the IMUs' samples if they are used.
         sensors: See :func:`calibrate`.
-        person: The person's id in all sensors; if empty, a person whose views agree.
-        **options: See :func:`calibrate`.
+        parameters: See :func:`calibrate`; and the person's id in all sensors.
+        find_clock_offsets: See :func:`calibrate`.
 
     Raises:
         CalibrationError: If the recording does not determine it; the message says why.
@@ -122,11 +117,14 @@ def calibrate_people(
     """
     every = list(frames)
     frames_kept, blocks = _frames_and_blocks(every)
+    person = "" if parameters is None else parameters.person
     candidates = _candidates(frames_kept, sensors, person)
     failure: CalibrationError | None = None
     for samples in candidates[:MOST_TRIED]:
         try:
-            found = calibrate([*samples, *blocks], sensors, **options)
+            found = calibrate(
+                [*samples, *blocks], sensors, parameters, find_clock_offsets=find_clock_offsets
+            )
         except CalibrationError as error:
             failure = failure or error
             continue
@@ -258,7 +256,7 @@ def _candidates(
     """
     if person:
         return [[one for frame in frames for one in with_id(frame, person)]]
-    if only_person(frames):
+    if all(len(frame) <= 1 for frame in frames):
         return [[frame[0] for frame in frames]]
     candidates = list(match_people(frames, sensors).samples.values())
     if not candidates:

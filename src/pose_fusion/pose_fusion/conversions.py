@@ -1,11 +1,11 @@
 """Conversion of estimates to messages."""
 
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Point, Transform, TransformStamped
+from geometry_msgs.msg import Point, Quaternion, Transform, TransformStamped, Vector3
 from pose_msgs.msg import PoseEstimate, Skeleton
 from rosbags.typesys.store import Typestore
 from sensor_msgs.msg import JointState, TimeReference
@@ -141,40 +141,21 @@ def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
     instant = (estimate.T_map_link[None], estimate.position[None], estimate.fk_joints[None])
     (places,) = frames.places(*instant).tolist()
     in_map, in_body = (to_header(estimate.stamp_ns, f) for f in (WORLD_FRAME, frames.names[0]))
-    transforms: list[TransformStamped] = []
-    for frame, place in zip(frames.names, places, strict=True):
-        stamped = TransformStamped(header=in_body if transforms else in_map, child_frame_id=frame)
-        _set_transform(stamped.transform, (place[:3], place[3:]))
-        transforms.append(stamped)
+    transforms = [
+        TransformStamped(
+            header=in_body if index else in_map, child_frame_id=frame, transform=_transform(*place)
+        )
+        for index, (frame, place) in enumerate(zip(frames.names, places, strict=True))
+    ]
     return TFMessage(transforms=transforms)
 
 
-def to_transforms(T: FloatArray) -> list[Transform]:
-    """Transforms from their matrices, shape (n, 4, 4)."""
-    transforms = []
-    for place in _places(T):
-        transform = Transform()
-        _set_transform(transform, place)
-        transforms.append(transform)
-    return transforms
-
-
-Place = tuple[list[float], list[float]]  # position [m]; quaternion x, y, z, w
-
-
-def _places(T: FloatArray) -> Iterator[Place]:
-    quaternions = np.empty((len(T), 4))
-    for each, out in zip(T, quaternions, strict=True):
-        quaternion(np.ascontiguousarray(each[:3, :3], float), out)
-    return zip(T[:, :3, 3].tolist(), quaternions.tolist(), strict=True)
-
-
-def _set_transform(transform: Transform, place: Place) -> None:
-    """Fill a message in place: creating one costs more than the arithmetic."""
-    (x, y, z), (qx, qy, qz, qw) = place
-    translation, rotation = transform.translation, transform.rotation
-    translation.x, translation.y, translation.z = x, y, z
-    rotation.x, rotation.y, rotation.z, rotation.w = qx, qy, qz, qw
+def _transform(
+    x: float, y: float, z: float, qx: float, qy: float, qz: float, qw: float
+) -> Transform:
+    return Transform(
+        translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)
+    )
 
 
 def to_markers(estimate: BodyEstimate, model: BodyModel, body_id: str) -> MarkerArray:
@@ -234,13 +215,18 @@ def to_clock_messages(clocks: Clocks, stamp_ns: int) -> list[TimeReference]:
 def _sensor_transforms(
     header: Header, T_parent_sensor: Mapping[str, FloatArray]
 ) -> list[TransformStamped]:
-    if not T_parent_sensor:
-        return []
-    transforms = to_transforms(np.stack(list(T_parent_sensor.values())))
-    return [
-        TransformStamped(header=header, child_frame_id=sensor_frame(sensor), transform=transform)
-        for sensor, transform in zip(T_parent_sensor, transforms, strict=True)
-    ]
+    transforms = []
+    for sensor, T in T_parent_sensor.items():
+        turn = np.empty(4)
+        quaternion(np.ascontiguousarray(T[:3, :3], float), turn)
+        transforms.append(
+            TransformStamped(
+                header=header,
+                child_frame_id=sensor_frame(sensor),
+                transform=_transform(*T[:3, 3].tolist(), *turn.tolist()),
+            )
+        )
+    return transforms
 
 
 def to_string(text: str) -> String:

@@ -41,17 +41,14 @@ class SampleReader:
         sensors: The cameras' names; the first is the reference sensor.
         judge: Its check of stamps; None to take all.
         counters: Counts by reason; :data:`COUNTS` are declared.
-
-    Attributes:
-        watch: Check of the cameras.
-        stages: Latency of the reference sensor's frames, by stage.
     """
 
     def __init__(
         self, sensors: Sequence[str], judge: StampJudge | None, counters: Counters
     ) -> None:
         self.judge, self.counters = judge, counters
-        self.watch, self.stages = CameraWatch(sensors), LatencyStages()
+        self.watch = CameraWatch(sensors)
+        self.stages = LatencyStages()  # of the reference sensor's frames
         self._reference = sensors[0]
         self._readers = {sensor: SkeletonReader(sensor) for sensor in sensors}
 

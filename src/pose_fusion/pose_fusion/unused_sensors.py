@@ -2,9 +2,8 @@
 
 from collections.abc import Collection, Iterable
 
+from pose_io.names import SKELETON_ARRAY, skeletons_topic
 from pose_io.topics import SENSOR_TOPIC
-
-ARRAY = "pose_msgs/msg/SkeletonArray"
 
 
 def unused_sensors(
@@ -20,8 +19,8 @@ def unused_sensors(
     found = set()
     for topic, types in topics:
         match = SENSOR_TOPIC.search(topic)
-        if match is None or ARRAY not in types:
+        if match is None or SKELETON_ARRAY not in types:
             continue
-        if topic == f"{namespace.rstrip('/')}/kinect_{match['name']}/skeletons":
+        if topic == f"{namespace.rstrip('/')}/{skeletons_topic(match['name'])}":
             found.add(match["name"])
     return tuple(sorted(found - set(used)))

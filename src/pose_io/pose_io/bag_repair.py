@@ -28,21 +28,13 @@ LEAST_DEPTH = 10  # [messages] that a topic's publisher offers when it is played
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """Result of examining an MCAP file.
+    """Result of examining an MCAP file."""
 
-    Attributes:
-        whole: Bytes up to the end of the last intact data record.
-        size: Bytes of the file.
-        ends: Whether the file ends with a footer and the closing magic bytes.
-        has_index: Whether it has an index, without which other programs may refuse it.
-        problem: Description of what follows the intact part, if it is not the end.
-    """
-
-    whole: int
-    size: int
-    ends: bool
-    has_index: bool
-    problem: str = ""
+    whole: int  # [bytes] up to the end of the last intact data record
+    size: int  # [bytes] of the file
+    ends: bool  # whether the file ends with a footer and the closing magic bytes
+    has_index: bool  # without one other programs may refuse the file
+    problem: str = ""  # description of what follows the intact part, if it is not the end
 
     @property
     def is_whole(self) -> bool:
@@ -182,10 +174,9 @@ def _rewrite(path: Path, output: Path, progress: Callable[[float], None] | None)
 def _copy_messages(
     bag: BagReader, writer: BagWriter, progress: Callable[[float], None] | None
 ) -> int:
-    span_ns = max(1, bag.end_ns - bag.start_ns)
     for batch in bag.batches():
         for connection, stamp_ns, data in batch:
             writer.write_serialized(connection.topic, connection.msgtype, data, stamp_ns)
         if progress is not None:
-            progress((batch[-1][1] - bag.start_ns) / span_ns)
+            progress(bag.share_before(batch[-1][1]))
     return writer.message_count

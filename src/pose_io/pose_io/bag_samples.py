@@ -27,7 +27,7 @@ from pose_io.bags import BagMessage, BagReader
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.mcap import Entry
-from pose_io.names import BODIES
+from pose_io.names import BODIES, TF_STATIC
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.static_transforms import transforms_to_map
 from pose_io.topics import body_topic, imu_topics, sensor_topics
@@ -68,9 +68,8 @@ class BagFrames:
             )
 
     def __iter__(self) -> Iterator[Persons | ImuBlock]:
-        span_ns = max(1, self._bag.end_ns - self._bag.start_ns)
         for batch in self._bag.batches([*self._sensors, *self._imus]):
-            self._progress((batch[0][1] - self._bag.start_ns) / span_ns)
+            self._progress(self._bag.share_before(batch[0][1]))
             yield from self._in_turns(batch)
         self._progress(1.0)
 
@@ -222,6 +221,6 @@ def read_extrinsics(bag: BagReader) -> dict[str, FloatArray]:
     """
     return transforms_to_map(
         transform
-        for message in bag.messages(["/tf_static"])
+        for message in bag.messages([TF_STATIC])
         for transform in bag.deserialize(message).transforms
     )

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Connection, Nodetype, Qos, QosDurability
+from rosbags.interfaces import Nodetype, Qos, QosDurability
 from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys.store import Typestore
@@ -34,8 +34,12 @@ class Topic:
     name: str
     msgtype: str  # for example pose_msgs/msg/Skeleton
     count: int  # [messages]
-    latched: bool  # transient local: offered to late subscribers too
     offered: tuple[Qos, ...] = ()  # QoS that the recorded publishers offered
+
+    @property
+    def latched(self) -> bool:
+        """Whether it is transient local: offered to late subscribers too."""
+        return any(one.durability == QosDurability.TRANSIENT_LOCAL for one in self.offered)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,8 +71,10 @@ class BagReader:
                 name=connection.topic,
                 msgtype=connection.msgtype,
                 count=connection.msgcount + (known.count if known else 0),
-                latched=_is_latched(connection) or (known is not None and known.latched),
-                offered=(*(known.offered if known else ()), *_offered(connection)),
+                offered=(
+                    *(known.offered if known else ()),
+                    *getattr(connection.ext, "offered_qos_profiles", ()),
+                ),
             )
         self.message_count: int = reader.message_count
         self.start_ns: int = reader.start_time
@@ -79,6 +85,10 @@ class BagReader:
     def typestore(self) -> Typestore:
         """The bag's own message definitions, or those given for it."""
         return self._reader.typestore
+
+    def share_before(self, stamp_ns: int) -> float:
+        """Fraction of the bag's duration before a stamp [ns], 0 to 1."""
+        return (stamp_ns - self.start_ns) / max(1, self.end_ns - self.start_ns)
 
     def topics_of_type(self, msgtype: str) -> list[str]:
         """The topics with a message type, in the bag's order."""
@@ -281,13 +291,3 @@ def _parts(fields: Any) -> set[str]:
         if kind == Nodetype.NAME:
             parts.add(detail)
     return parts
-
-
-def _offered(connection: Connection) -> tuple[Qos, ...]:
-    return tuple(getattr(connection.ext, "offered_qos_profiles", ()))
-
-
-def _is_latched(connection: Connection) -> bool:
-    return any(
-        profile.durability == QosDurability.TRANSIENT_LOCAL for profile in _offered(connection)
-    )

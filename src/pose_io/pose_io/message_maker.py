@@ -14,11 +14,7 @@ from pose_io.names import WORLD_FRAME, sensor_frame
 
 
 class MessageMaker:
-    """Makes the messages of sensors and their transforms.
-
-    Args:
-        typestore: The definitions.
-    """
+    """Makes the messages of sensors and their transforms."""
 
     def __init__(self, typestore: Typestore) -> None:
         self._types = typestore.types

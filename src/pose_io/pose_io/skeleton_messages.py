@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from pose_core.api import SkeletonSample
-from pose_core.errors import InputError
-from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import nanoseconds
-from pose_io.cdr.skeleton_bytes import our_joints
+from pose_io.cdr.kernels import clean_joints
+from pose_io.cdr.skeleton_bytes import mapped_joints, unknown_state
 
 
 def skeleton_samples(message: Any, sensor: str) -> list[SkeletonSample]:
@@ -22,27 +22,21 @@ def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
     Raises:
         InputError: If its lists differ in length, or a tracking state is none of the three.
     """
-    count = len(message.name)
-    if len(message.position) != count or len(message.tracking_state) != count:
-        raise InputError(
-            f"skeleton '{message.id}' has {count} names, {len(message.position)} positions and "
-            f"{len(message.tracking_state)} tracking states: expected as many of each"
-        )
+    named, joints = mapped_joints(
+        message.id, message.name, len(message.position), len(message.tracking_state)
+    )
     strange = set(message.tracking_state) - set(TrackingState)
     if strange:
-        raise InputError(
-            f"skeleton '{message.id}' has the tracking state {min(strange)}: expected 0 (not "
-            "tracked), 1 (inferred) or 2 (tracked)"
-        )
-    ours = {JOINT_INDEX[n]: index for index, n in enumerate(message.name) if n in JOINT_INDEX}
-    named = np.array(list(ours.values()), np.int64)
+        raise unknown_state(message.id, min(strange))
     xyz = np.array([(p.x, p.y, p.z) for p in message.position], float).reshape(1, -1, 3)
     states = np.array(message.tracking_state, np.uint8).reshape(1, -1)
-    (positions,), (state,) = our_joints(xyz, states, named, np.array([*ours], np.int64))
+    positions = np.empty((1, len(JOINTS), 3))
+    state = np.empty((1, len(JOINTS)), np.uint8)
+    clean_joints(xyz, states, named, joints, positions, state)
     return SkeletonSample(
         stamp_ns=nanoseconds(message.header.stamp),
         sensor=sensor,
         person=message.id,
-        positions=positions,
-        tracking_state=state,
+        positions=positions[0],
+        tracking_state=state[0],
     )

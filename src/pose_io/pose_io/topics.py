@@ -4,7 +4,7 @@ import re
 from typing import TYPE_CHECKING
 
 from pose_core.errors import InputError
-from pose_io.names import BODIES
+from pose_io.names import BODIES, SKELETON_ARRAY
 
 if TYPE_CHECKING:  # rosbags takes long to load, and nodes use the names only
     from pose_io.bags import BagReader
@@ -16,7 +16,7 @@ OTHER_BODY = re.compile(rf"{BODIES}person_\d+/")
 
 def sensor_topics(bag: "BagReader") -> dict[str, str]:
     """Topic of each sensor's skeletons by the sensor's name, in the order of names."""
-    return _topics(bag, SENSOR_TOPIC, "pose_msgs/msg/SkeletonArray")
+    return _topics(bag, SENSOR_TOPIC, SKELETON_ARRAY)
 
 
 def imu_topics(bag: "BagReader") -> dict[str, str]:

@@ -34,15 +34,6 @@ class Graph:
     processes: tuple[Process, ...]
 
 
-@dataclass
-class _State:
-    """State that actions change."""
-
-    variables: dict[str, str]
-    passed: frozenset[str] | None = None  # arguments passed by the include; None: no include
-    depth: int = 0
-
-
 class Evaluation:
     """One pass over a launch file and its includes.
 
@@ -55,7 +46,9 @@ class Evaluation:
     def __init__(self, given: Mapping[str, str], *, describe: bool = False) -> None:
         self._given = dict(given)
         self._describe = describe
-        self._state = _State(variables=dict(given))
+        self._variables = dict(given)
+        self._passed: frozenset[str] | None = None  # arguments passed by the include, if in one
+        self._depth = 0  # of includes
         self._arguments: dict[str, Argument] = {}
         self._settled: set[str] = set()  # arguments set by an include
         self._processes: list[Process] = []
@@ -87,7 +80,7 @@ class Evaluation:
     # -- plumbing -------------------------------------------------------------------------------
 
     def _scope(self) -> Scope:
-        return Scope(variables=self._state.variables, run_commands=not self._describe)
+        return Scope(variables=self._variables, run_commands=not self._describe)
 
     def _resolve(self, text: str, place: Place) -> str:
         return resolve(text, self._scope(), place)
@@ -107,14 +100,14 @@ class Evaluation:
         return unwanted is None or not condition(unwanted, self._scope(), entity.place_of("unless"))
 
     def _evaluate_file(self, file: Path, passed: frozenset[str] | None = None) -> None:
-        if self._state.depth > DEEPEST_INCLUDE:
+        if self._depth > DEEPEST_INCLUDE:
             raise LaunchError(None, f"{file} includes itself")
-        before = self._state.passed
-        self._state.passed = passed
-        self._state.depth += 1
+        before = self._passed
+        self._passed = passed
+        self._depth += 1
         self._evaluate(read_launch_file(file))
-        self._state.passed = before
-        self._state.depth -= 1
+        self._passed = before
+        self._depth -= 1
 
     def _evaluate(self, parent: Entity) -> None:
         for entity in parent.children():
@@ -139,29 +132,29 @@ class Evaluation:
             self._arguments.setdefault(
                 name, Argument(name=name, default=default, description=description)
             )
-        passed = self._state.passed
+        passed = self._passed
         if default is None and passed is not None and name not in passed:
             raise LaunchError(
                 entity.place,
                 f"the argument '{name}' has no default: a file that includes this one has to pass"
                 " it ('ros2 launch' requires it)",
             )
-        if name not in self._state.variables:
+        if name not in self._variables:
             if default is None and not self._describe:
                 about = f" ({description})" if description else ""
                 raise LaunchError(
                     entity.place, f"the argument '{name}'{about} must be given: {name}:=VALUE"
                 )
-            self._state.variables[name] = self._resolve(default or "", entity.place_of("default"))
+            self._variables[name] = self._resolve(default or "", entity.place_of("default"))
 
     def _let(self, entity: Entity) -> None:
-        self._state.variables[self._text(entity, "name")] = self._text(entity, "value")
+        self._variables[self._text(entity, "name")] = self._text(entity, "value")
 
     def _group(self, entity: Entity) -> None:
-        variables = self._state.variables
-        self._state.variables = dict(variables)
+        variables = self._variables
+        self._variables = dict(variables)
         self._evaluate(entity)
-        self._state.variables = variables
+        self._variables = variables
 
     def _include(self, entity: Entity) -> None:
         place = entity.place_of("file")
@@ -170,7 +163,7 @@ class Evaluation:
             (self._text(argument, "name"), self._text(argument, "value"))
             for argument in entity.parts("arg")
         ]
-        self._state.variables.update(arguments)
+        self._variables.update(arguments)
         names = frozenset(name for name, _ in arguments)
         self._settled |= names
         if file.is_file():

@@ -14,31 +14,18 @@ ParameterSource = Path | Mapping[str, Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Process:
-    """One process to run.
+    """One process to run."""
 
-    Attributes:
-        name: Prefix of its output, unique in the graph.
-        command: Program and arguments, without ROS arguments.
-        is_node: Whether it accepts ROS arguments.
-        node_name: The ROS node's name, if the launch file gives one.
-        namespace: The ROS namespace, if there is one.
-        parameters: Parameter files and values; later ones override.
-        remappings: Pairs of names.
-        respawn: Whether to restart it when it ends.
-        respawn_delay_s: Delay before a restart [s].
-        ends_graph: Whether the graph is stopped when it ends.
-    """
-
-    name: str
-    command: tuple[str, ...]
-    is_node: bool = False
-    node_name: str | None = None
+    name: str  # prefix of its output, unique in the graph
+    command: tuple[str, ...]  # program and arguments, without ROS arguments
+    is_node: bool = False  # whether it accepts ROS arguments
+    node_name: str | None = None  # if the launch file gives one
     namespace: str | None = None
-    parameters: tuple[ParameterSource, ...] = ()
-    remappings: tuple[tuple[str, str], ...] = ()
-    respawn: bool = False
-    respawn_delay_s: float = 0.0
-    ends_graph: bool = False
+    parameters: tuple[ParameterSource, ...] = ()  # later ones override
+    remappings: tuple[tuple[str, str], ...] = ()  # pairs of names
+    respawn: bool = False  # whether to restart it when it ends
+    respawn_delay_s: float = 0.0  # [s]
+    ends_graph: bool = False  # whether the graph is stopped when it ends
 
     def full_command(self, parameter_folder: Path) -> list[str]:
         """The command with ROS arguments; values are written to files in ``parameter_folder``."""

@@ -73,7 +73,6 @@ class Supervisor:
 
     Args:
         processes: The processes to run.
-        output: Stream for their output, line by line, prefixed with their names.
         keep_going: Whether to keep the others running if a process fails at its start.
         recordings: Names of processes that end by themselves; when all have, the graph is stopped.
     """
@@ -81,14 +80,13 @@ class Supervisor:
     def __init__(
         self,
         processes: Sequence[Process],
-        output: TextIO | None = None,
         *,
         keep_going: bool = False,
         recordings: Collection[str] = (),
     ) -> None:
         self._recordings = set(recordings)
         self._keep_going = keep_going
-        self._output = sys.stdout if output is None else output
+        self._output: TextIO = sys.stdout  # of all, line by line, prefixed with their names
         self._coloured = self._output.isatty()
         self._children = [
             _Child(process, COLOURS[index % len(COLOURS)])

@@ -1,9 +1,11 @@
-"""Start and end of every command-line tool."""
+"""Start and end of every command-line tool, and checks of its arguments."""
 
+import argparse
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
-from pose_core.errors import PoseError
+from pose_core.errors import InputError, PoseError
 
 
 def run_tool(main: Callable[[], int | None]) -> None:
@@ -18,3 +20,21 @@ def run_tool(main: Callable[[], int | None]) -> None:
     except BrokenPipeError:
         status = 141
     sys.exit(status)
+
+
+def number_within(low: float, high: float, unit: str) -> Callable[[str], float]:
+    """The type of an option that is a number from ``low`` to ``high``."""
+
+    def number(text: str) -> float:
+        value = float(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} {unit} is outside [{low:g}, {high:g}]")
+        return value
+
+    return number
+
+
+def check_folder_of(output: Path) -> None:
+    """Raise an InputError if a file cannot be written because its folder does not exist."""
+    if not output.parent.is_dir():
+        raise InputError(f"cannot write {output}: its folder does not exist")

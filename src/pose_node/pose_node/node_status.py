@@ -1,9 +1,18 @@
-"""A node's report in ``/diagnostics``."""
+"""A node's report in ``/diagnostics``, as it is made and as it arrives."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pose_node.level import Level
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """State of a node: a level, a sentence, and values such as counters."""
+
+    level: Level
+    message: str
+    values: Mapping[str, object] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

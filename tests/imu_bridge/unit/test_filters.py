@@ -5,7 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from imu_bridge.filters import FILTERS
-from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING, FilterSettings, SampleRound
+from imu_bridge.filters.heading import UNKNOWN_HEADING
+from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
 
 REAL = ("vqf", "madgwick", "imufusion")
 RATE_HZ = 50.0

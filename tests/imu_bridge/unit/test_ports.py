@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING
+from imu_bridge.filters.heading import UNKNOWN_HEADING
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import Chunk, ImuBatch, ImuPipeline
 from imu_bridge.protocols.reading import Parser

@@ -2,12 +2,13 @@ import pytest
 
 from kinect_bridge.parameters import KinectBridgeParameters
 from pose_core.errors import ParameterError
+from pose_core.parameters import from_mapping
 
 
 @pytest.mark.parametrize("name", ["", "left/right", "left eye", "_", "links-oben"])
 def test_a_name_that_is_no_part_of_a_topic_is_refused(name):
     with pytest.raises(ParameterError, match="cannot be part of a topic"):
-        KinectBridgeParameters(name=name).checked_name()
+        from_mapping(KinectBridgeParameters, {"name": name})
 
 
 def test_the_start_is_now_unless_given():

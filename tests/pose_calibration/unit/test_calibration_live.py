@@ -201,11 +201,8 @@ def test_a_restart_finds_a_new_calibration_and_keeps_the_old_one_until_then():
     assert angle_deg(calibration.extrinsics.T_reference_sensor["right"], TRUE) < 0.5
 
 
-def test_the_parameters_become_limits_and_mounting():
-    parameters = CalibrationParameters(
-        minimum_frames=33, mounting="known_height", sensor_tilt=0.2, sensor_height=1.5
-    )
-    assert parameters.limits.minimum_frames == 33
+def test_the_parameters_become_the_known_mounting():
+    parameters = CalibrationParameters(mounting="known_height", sensor_tilt=0.2, sensor_height=1.5)
     assert parameters.known_mounting.height == 1.5
     assert parameters.known_mounting.tilt is None
     assert CalibrationParameters().known_mounting.height is None

@@ -14,11 +14,11 @@ from walking_person import (
 )
 
 from pose_calibration.extrinsics.extrinsics_calibration import (
-    CalibrationLimits,
     ExtrinsicsCalibrator,
 )
 from pose_calibration.extrinsics.frame_memory import MAX_KEPT_FRAMES
 from pose_calibration.extrinsics.joint_refinement import body_axes
+from pose_calibration.parameters import CalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.errors import ParameterError, PoseError
 from pose_core.joints import JOINT_INDEX, TrackingState
@@ -200,8 +200,8 @@ def test_a_sensor_named_twice_is_refused():
 
 
 def test_limits_are_the_user_s():
-    limits = CalibrationLimits(minimum_frames=10)
-    assert solve(frames()[:60], limits=limits).residuals["right"].frames == 60
+    parameters = CalibrationParameters(minimum_frames=10)
+    assert solve(frames()[:60], parameters=parameters).residuals["right"].frames == 60
 
 
 def test_memory_is_bounded_and_keeps_the_short_walk_among_long_standing():

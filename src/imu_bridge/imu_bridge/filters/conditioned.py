@@ -1,47 +1,32 @@
 """Preprocessing for filters without it: gyroscope bias at rest, check of the magnetic field."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 
 from imu_bridge.filters.gyro_bias import RestBiasEstimator
-from imu_bridge.filters.heading import HeadingUncertainty
 from imu_bridge.filters.magnetic_field import FieldCheck
-from imu_bridge.filters.offered_field import OfferedField
-from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
+from imu_bridge.filters.orientation_filter import FilterSettings, OrientationFilter, SampleRound
 from imu_bridge.filters.quaternions import rotate
 from pose_core.arrays import FloatArray
 
 
-class ConditionedFilter(ABC):
-    """An :class:`OrientationFilter` with corrected rates and checked magnetic fields.
-
-    Args:
-        count: The number n of sensors.
-        settings: The user's settings.
-    """
+class ConditionedFilter(OrientationFilter):
+    """An :class:`OrientationFilter` with corrected rates and checked magnetic fields."""
 
     def __init__(self, count: int, settings: FilterSettings) -> None:
-        self.rejected: NDArray[np.int64] = np.zeros(count, dtype=int)
-        self._mode = settings.magnetometer
-        self._offered = OfferedField(count, self._mode)
+        super().__init__(count, settings)
         self._bias = RestBiasEstimator(count, settings.gyro_bias_window)
+        self.bias, self.rests = self._bias.bias, self._bias.rests
         self._field = FieldCheck(count)
-        self._heading = HeadingUncertainty(count, settings.heading_stddev, settings.heading_drift)
-        self.bias = self._bias.bias
-        self.rests = self._bias.rests
-        self.heading_stddev = self._heading.stddev
         self._orientation: FloatArray = np.full((count, 4), np.nan)
 
     def reset(self, index: int) -> None:
         """See :class:`OrientationFilter`."""
+        super().reset(index)
         self._bias.restart(index)
-        self._offered.reset(index)
         self._field.reset(index)
-        self._heading.reset(index)
         self._orientation[index] = np.nan
-        self._forget(index)
 
     def update(self, samples: SampleRound) -> FloatArray:
         """See :class:`OrientationFilter`."""
@@ -57,8 +42,8 @@ class ConditionedFilter(ABC):
 
     def _believed(self, samples: SampleRound, rate: FloatArray) -> FloatArray:
         """The accepted magnetic fields [T], shape (k, 3), NaN elsewhere."""
-        field = self._offered.of(samples)
-        if self._mode in ("off", "on"):
+        field = self._offered_field(samples)
+        if self._settings.magnetometer in ("off", "on"):
             return field
         index = samples.index
         q = self._orientation[index]
@@ -69,10 +54,6 @@ class ConditionedFilter(ABC):
         believed |= fresh
         self.rejected[index] += ~believed & ~np.isnan(field[:, 0])
         return np.where(believed[:, None], field, np.nan)
-
-    @abstractmethod
-    def _forget(self, index: int) -> None:
-        """Reset the filter of one sensor."""
 
     @abstractmethod
     def _advance(self, samples: SampleRound, rate: FloatArray, field: FloatArray) -> FloatArray:

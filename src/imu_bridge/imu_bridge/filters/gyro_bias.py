@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from imu_bridge.filters.orientation_filter import IndexArray
 from pose_core.arrays import FloatArray
-
-IndexArray = NDArray[np.intp]
 
 REST_RATE_STDDEV = 0.05  # [rad/s] above a standing person's sway
 REST_RATE_MEAN = 0.35  # [rad/s] largest bias: an MPU-9150's is up to 20 deg/s

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING, BoolArray, IndexArray
 from pose_core.arrays import FloatArray
 
+UNKNOWN_HEADING = np.pi  # [rad] standard deviation of an unknown heading
 HOLD_S = 0.5  # [s] for which a correction is valid: magnetometers are slower than gyroscopes
 RECOVERY_S = 10.0  # [s] time constant of a correction, as in the filters
 
@@ -35,7 +35,7 @@ class HeadingUncertainty:
         self._known[index] = False
         self._since_s[index] = np.inf
 
-    def update(self, index: IndexArray, dt: FloatArray, corrected: BoolArray) -> None:
+    def update(self, index: NDArray[np.intp], dt: FloatArray, corrected: NDArray[np.bool_]) -> None:
         """Advance the time of k sensors.
 
         Args:

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imu_bridge.filters.conditioned import ConditionedFilter
-from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
+from imu_bridge.filters.orientation_filter import FilterSettings, IndexArray, SampleRound
 from imu_bridge.filters.quaternions import (
     cross,
     from_matrix,
@@ -38,8 +38,6 @@ from imu_bridge.filters.quaternions import (
     rotate,
 )
 from pose_core.arrays import FloatArray
-
-IndexArray = NDArray[np.intp]
 
 TINY = 1e-12  # [-] smallest norm of a vector with a direction
 PARALLEL_SINE = 1e-3  # [-] below 0.06 deg between field and gravity there is no heading
@@ -196,7 +194,9 @@ class MadgwickOrientation(ConditionedFilter):
         super().__init__(count, settings)
         self._filter = MadgwickFilter(count, settings.beta)
 
-    def _forget(self, index: int) -> None:
+    def reset(self, index: int) -> None:
+        """See :class:`OrientationFilter`."""
+        super().reset(index)
         self._filter.reset(index)
 
     def _advance(self, samples: SampleRound, rate: FloatArray, field: FloatArray) -> FloatArray:

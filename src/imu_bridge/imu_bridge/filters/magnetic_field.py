@@ -28,9 +28,6 @@ TURNING = np.radians(20.0)  # [rad/s] above it the sensor rotates
 class FieldCheck:
     """Checks the magnetic fields at n sensors.
 
-    Args:
-        count: The number n of sensors.
-
     Attributes:
         verified: Whether a sensor has a reference field, shape (n,).
     """

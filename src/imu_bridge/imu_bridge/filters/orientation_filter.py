@@ -1,11 +1,12 @@
-"""Interface of the orientation filters."""
+"""Base of the orientation filters: their settings, their samples and what they estimate."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imu_bridge.filters.heading import HeadingUncertainty
 from pose_core.arrays import FloatArray
 
 IndexArray = NDArray[np.intp]
@@ -13,7 +14,7 @@ BoolArray = NDArray[np.bool_]
 
 MAGNETOMETER_MODES = ("start", "auto", "on", "off")
 """``start``: initial heading only; ``auto``: undisturbed fields; ``on``: all; ``off``: none."""
-UNKNOWN_HEADING = np.pi  # [rad] standard deviation of an unknown heading
+START_S = 10.0  # [s] after a sensor's first sample: averages the noise, with little drift
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,27 +33,22 @@ class FilterSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class SampleRound:
-    """One sample each of k different sensors.
+    """One sample each of k different sensors, in their own axes."""
 
-    Attributes:
-        index: Indices of the sensors, shape (k,), without repetition.
-        dt: Time since each one's previous sample [s], shape (k,); 0 for its first.
-        angular_velocity: [rad/s] in sensor axes, finite, shape (k, 3).
-        acceleration: Specific force [m/s^2], shape (k, 3); zero if missing.
-        magnetic_field: [T], shape (k, 3); NaN where there is no new one.
-        device_orientation: The sensors' own (x, y, z, w), shape (k, 4); NaN if missing.
-    """
-
-    index: IndexArray
-    dt: FloatArray
-    angular_velocity: FloatArray
-    acceleration: FloatArray
-    magnetic_field: FloatArray
-    device_orientation: FloatArray
+    index: IndexArray  # (k,) of the sensors, without repetition
+    dt: FloatArray  # (k,) [s] since each one's previous sample; 0 for its first
+    angular_velocity: FloatArray  # (k, 3) [rad/s], finite
+    acceleration: FloatArray  # (k, 3) [m/s^2] specific force; zero if missing
+    magnetic_field: FloatArray  # (k, 3) [T]; NaN where there is no new one
+    device_orientation: FloatArray  # (k, 4) the sensors' own (x, y, z, w); NaN if missing
 
 
-class OrientationFilter(Protocol):
+class OrientationFilter(ABC):
     """Orientations of n sensors, each advanced by its own samples.
+
+    Args:
+        count: The number n of sensors.
+        settings: The user's settings.
 
     Attributes:
         bias: The gyroscopes' estimated bias [rad/s], shape (n, 3).
@@ -61,14 +57,21 @@ class OrientationFilter(Protocol):
         rejected: Number of rejected magnetometer samples, shape (n,).
     """
 
-    bias: FloatArray
-    rests: NDArray[np.int64]
-    heading_stddev: FloatArray
-    rejected: NDArray[np.int64]
+    def __init__(self, count: int, settings: FilterSettings) -> None:
+        self.bias: FloatArray = np.zeros((count, 3))
+        self.rests: NDArray[np.int64] = np.zeros(count, dtype=int)
+        self.rejected: NDArray[np.int64] = np.zeros(count, dtype=int)
+        self._settings = settings
+        self._heading = HeadingUncertainty(count, settings.heading_stddev, settings.heading_drift)
+        self.heading_stddev = self._heading.stddev
+        self._since_s = np.zeros(count)  # [s] since each sensor's first sample
 
     def reset(self, index: int) -> None:
         """Reset one sensor's orientation; its next sample initialises it."""
+        self._heading.reset(index)
+        self._since_s[index] = 0.0
 
+    @abstractmethod
     def update(self, samples: SampleRound) -> FloatArray:
         """Advance k sensors by one sample each.
 
@@ -76,3 +79,15 @@ class OrientationFilter(Protocol):
             ``R_world_sensor`` of each as (x, y, z, w), shape (k, 4); NaN before the first usable
             acceleration. World: z up; y magnetic north where the heading is known.
         """
+
+    def _offered_field(self, samples: SampleRound) -> FloatArray:
+        """The magnetic fields [T] that the mode selects, shape (k, 3), NaN elsewhere.
+
+        A heading that is set once drifts slowly and steadily with the gyroscope's remaining bias,
+        which cameras can correct. A heading that is corrected by the field all the time is
+        disturbed by iron near the sensor.
+        """
+        longest_s = {"off": -1.0, "start": START_S}.get(self._settings.magnetometer, np.inf)
+        self._since_s[samples.index] += samples.dt
+        is_offered = self._since_s[samples.index] <= longest_s
+        return np.where(is_offered[:, None], samples.magnetic_field, np.nan)

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 from vqf import VQF
 
 from imu_bridge.filters.gyro_bias import REST_RATE_MEAN
-from imu_bridge.filters.heading import HeadingUncertainty
-from imu_bridge.filters.offered_field import OfferedField
-from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
+from imu_bridge.filters.orientation_filter import FilterSettings, OrientationFilter, SampleRound
 from pose_core.arrays import FloatArray
 
 FIRST_PERIOD_S = 0.01  # [s] assumed after a sensor's first sample
@@ -50,37 +48,25 @@ class _Sensor:
         self.rest_biases = deque(maxlen=max(1, round(kept_s / self.period_s)))
 
 
-class VqfOrientation:
-    """An :class:`OrientationFilter` with one VQF per sensor.
-
-    Args:
-        count: The number n of sensors.
-        settings: The user's settings.
-    """
+class VqfOrientation(OrientationFilter):
+    """An :class:`OrientationFilter` with one VQF per sensor."""
 
     def __init__(self, count: int, settings: FilterSettings) -> None:
-        self.bias: FloatArray = np.zeros((count, 3))
-        self.rests: NDArray[np.int64] = np.zeros(count, dtype=int)
-        self.rejected: NDArray[np.int64] = np.zeros(count, dtype=int)
-        self._settings = settings
-        self._heading = HeadingUncertainty(count, settings.heading_stddev, settings.heading_drift)
-        self.heading_stddev = self._heading.stddev
-        self._offered = OfferedField(count, settings.magnetometer)
+        super().__init__(count, settings)
         self._sensors: list[_Sensor | None] = [None] * count
         self._verified: NDArray[np.bool_] = np.zeros(count, dtype=bool)
 
     def reset(self, index: int) -> None:
         """See :class:`OrientationFilter`."""
+        super().reset(index)
         self._sensors[index] = None
         self._verified[index] = False
-        self._offered.reset(index)
-        self._heading.reset(index)
 
     def update(self, samples: SampleRound) -> FloatArray:
         """See :class:`OrientationFilter`."""
         orientation = np.full((len(samples.index), 4), np.nan)
         corrected = np.zeros(len(samples.index), dtype=bool)
-        field = self._offered.of(samples)
+        field = self._offered_field(samples)
         has_field = ~np.isnan(field[:, 0])
         # The library filters one sensor at a time.
         for row, (i, dt) in enumerate(

@@ -28,13 +28,12 @@ class XioOrientation(ConditionedFilter):
 
     def __init__(self, count: int, settings: FilterSettings) -> None:
         super().__init__(count, settings)
-        self._gain = settings.gain
         self._filters = [self._begin() for _ in range(count)]
 
     def _begin(self) -> imufusion.Ahrs:
         ahrs = imufusion.Ahrs()
         ahrs.set_settings(
-            imufusion.AhrsSettings(convention=imufusion.CONVENTION_NWU, gain=self._gain)
+            imufusion.AhrsSettings(convention=imufusion.CONVENTION_NWU, gain=self._settings.gain)
         )
         return ahrs
 
@@ -48,7 +47,9 @@ class XioOrientation(ConditionedFilter):
         ahrs.set_quaternion(multiply(R_NWU_ENU, q)[0, [3, 0, 1, 2]])
         ahrs.skip_startup()
 
-    def _forget(self, index: int) -> None:
+    def reset(self, index: int) -> None:
+        """See :class:`OrientationFilter`."""
+        super().reset(index)
         self._filters[index] = self._begin()
 
     def _advance(self, samples: SampleRound, rate: FloatArray, field: FloatArray) -> FloatArray:

@@ -79,16 +79,12 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
                     port.name,
                     port.baudrate,
                     clock=lambda: self.get_clock().now().nanoseconds,
-                    notify=self._ignore if self._several else self._arrived.trigger,
+                    notify=(lambda: None) if self._several else self._arrived.trigger,
                     wait_s=self.settings.wait_for_port,
                     read_period_s=self.settings.read_period,
                     index=index,
                 )
             )
-
-    @staticmethod
-    def _ignore() -> None:
-        """Do nothing: a timer reads the sources."""
 
     def _publisher(self, message_type: type, segment: str, name: str) -> Any:
         # Without events the executor does not check each publisher at each wake-up, which would

@@ -16,17 +16,11 @@ from imu_bridge.protocols.witmotion import WitMotionParser
 
 @dataclass(frozen=True, kw_only=True)
 class ProtocolEntry:
-    """Entry of a protocol.
+    """Entry of a protocol."""
 
-    Attributes:
-        make_parser: Creates the parser from a port's options in the nodes file.
-        baudrates: Usual speeds of such devices [bit/s], most common first.
-        options: Names of the accepted options.
-    """
-
-    make_parser: Callable[[Mapping[str, Any]], Parser]
-    baudrates: tuple[int, ...]
-    options: tuple[str, ...] = ()
+    make_parser: Callable[[Mapping[str, Any]], Parser]  # from a port's options in the nodes file
+    baudrates: tuple[int, ...]  # [bit/s] of such devices, most common first
+    options: tuple[str, ...] = ()  # names of the accepted options
 
 
 PROTOCOLS: dict[str, ProtocolEntry] = {

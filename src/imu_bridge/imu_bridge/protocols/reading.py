@@ -19,29 +19,18 @@ Vector4 = tuple[float, float, float, float]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Reading:
-    """One sample in the axes of the sensor.
+    """One sample in the axes of the sensor."""
 
-    Attributes:
-        angular_velocity: [rad/s].
-        acceleration: Specific force [m/s^2]: +g upwards when at rest.
-        magnetic_field: [T]; None if the sample has no new one.
-        orientation: The device's own estimate of ``R_world_sensor`` as (x, y, z, w), its world z
-            up; None if it sends none.
-        node_id: Id of the sensor on the port; 0 if there is only one.
-        sequence: Sequence number of the sample modulo 2^16; None if the device has none.
-        clock_us: The device's clock at the time of sampling [us], modulo the parser's
-            ``clock_modulus_us``; None if it has none.
-        saturated: Whether an axis of accelerometer or gyroscope is at full scale.
-    """
-
-    angular_velocity: Vector3
-    acceleration: Vector3
-    magnetic_field: Vector3 | None = None
+    angular_velocity: Vector3  # [rad/s]
+    acceleration: Vector3  # [m/s^2] specific force: +g upwards when at rest
+    magnetic_field: Vector3 | None = None  # [T]; None if the sample has no new one
     orientation: Vector4 | None = None
-    node_id: int = 0
-    sequence: int | None = None
+    """The device's own estimate of ``R_world_sensor`` as (x, y, z, w), its world z up."""
+    node_id: int = 0  # of the sensor on the port; 0 if there is only one
+    sequence: int | None = None  # number of the sample modulo 2^16; None if the device has none
     clock_us: int | None = None
-    saturated: bool = False
+    """The device's clock at the time of sampling [us], modulo the parser's ``clock_modulus_us``."""
+    saturated: bool = False  # whether an axis of accelerometer or gyroscope is at full scale
 
 
 def is_plausible(reading: Reading) -> bool:

@@ -160,23 +160,6 @@ def reading(sample: RawSample) -> Reading:
     )
 
 
-class StarParser:
-    """A :class:`Parser` of the star network's frames."""
-
-    def __init__(self) -> None:
-        self._decoder = Decoder()
-        self.counters = self._decoder.counters
-        self.clock_modulus_us = CLOCK_MODULUS_US
-
-    def parse(self, data: bytes) -> list[Reading]:
-        """See :class:`Parser`."""
-        return [reading(sample) for sample in self._decoder.feed(data)]
-
-    def finish(self) -> list[Reading]:
-        """See :class:`Parser`."""
-        return [reading(sample) for sample in self._decoder.flush()]
-
-
 class Decoder:
     """Decodes the frames in a byte stream that may be truncated or noisy.
 
@@ -245,6 +228,20 @@ class Decoder:
         self.counters.add("crc_errors", crc_errors)
         self.counters.add("bytes_skipped", skipped)
         return samples, data[rest:]
+
+
+class StarParser(Decoder):
+    """A :class:`Parser` of the star network's frames."""
+
+    clock_modulus_us = CLOCK_MODULUS_US
+
+    def parse(self, data: bytes) -> list[Reading]:
+        """See :class:`Parser`."""
+        return [reading(sample) for sample in self.feed(data)]
+
+    def finish(self) -> list[Reading]:
+        """See :class:`Parser`."""
+        return [reading(sample) for sample in self.flush()]
 
 
 def _sample(fields: tuple[int, ...]) -> RawSample:

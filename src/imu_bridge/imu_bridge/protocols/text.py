@@ -33,19 +33,12 @@ _SEPARATOR = re.compile(r"[,;:=\s]+")
 
 @dataclass(frozen=True, kw_only=True)
 class LineFormat:
-    """Format of a line.
+    """Format of a line."""
 
-    Attributes:
-        columns: Column by field name.
-        scales: Value of one unit in SI units (time: us), by field name.
-        width: Count of numbers in a line.
-        prefix: Beginning of a line of data.
-    """
-
-    columns: Mapping[str, int]
-    scales: Mapping[str, float]
-    width: int
-    prefix: str = ""
+    columns: Mapping[str, int]  # by field name
+    scales: Mapping[str, float]  # value of one unit in SI units (time: us), by field name
+    width: int  # count of numbers in a line
+    prefix: str = ""  # beginning of a line of data
 
 
 def line_format(options: Mapping[str, Any]) -> LineFormat:
@@ -150,13 +143,12 @@ class TextParser:
         try:
             numbers = [float(word) for word in words]
         except ValueError:
-            self._refuse("bad_lines", line)
-            return None
+            numbers = []
         reading = self._reading(numbers) if len(numbers) == self._format.width else None
         if reading is None:
             self._refuse("bad_lines", line)
-            return None
-        self.counters.add("frames")
+        else:
+            self.counters.add("frames")
         return reading
 
     def _refuse(self, reason: str, line: bytes) -> None:

@@ -1,6 +1,7 @@
 """The node: one sensor's skeletons, from any source, as ``kinect_<name>/skeletons``."""
 
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 
 from kinect_bridge.conversions import to_skeleton_array
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.selected_source import make_source
-from kinect_bridge.sources.source import SkeletonFrame, SkeletonSource, Topic
+from kinect_bridge.source import SOURCES, SkeletonFrame, SkeletonSource, Topic
 from pose_core.counters import Counters
 from pose_core.joints import TrackingState
-from pose_io.names import sensor_frame
-from pose_node.nodes.diagnostics import Report
+from pose_io.names import sensor_frame, skeletons_topic
+from pose_node.node_status import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
@@ -25,9 +25,6 @@ STATE_COUNTERS = tuple(f"joints_{state.name.lower()}" for state in TrackingState
 
 class KinectBridge(ManagedNode[KinectBridgeParameters]):
     """Publishes the frames of a source.
-
-    Args:
-        **options: As for ``rclpy.node.Node``.
 
     Raises:
         PoseError: If the source or a parameter is invalid.
@@ -40,18 +37,18 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
 
     def configure(self) -> None:
         """Open the source; a recording is read completely."""
-        name = self.settings.checked_name()
+        name = self.settings.name
         self._frame_id = sensor_frame(name)
-        self._source = make_source(self.settings)
+        self._source = self._make_source()
         self.diagnostics.hardware_id = self._source.hardware_id
         self._publisher = self.create_publisher(
-            SkeletonArray, f"kinect_{name}/skeletons", qos_profile_sensor_data
+            SkeletonArray, skeletons_topic(name), qos_profile_sensor_data
         )
 
     def activate(self) -> None:
         """Start the source; a recording restarts."""
         if self._source is None:  # closed by a deactivation
-            self._source = make_source(self.settings)
+            self._source = self._make_source()
         self._timer = self.create_timer(0.0, self._publish_due)
         self._wake = self.create_guard_condition(self._publish_due)
         for topic in self._source.topics:
@@ -67,6 +64,13 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
     def cleanup(self) -> None:
         """Close the source."""
         self.deactivate()
+
+    def _make_source(self) -> SkeletonSource:
+        module, name = SOURCES[self.settings.source].split(".")
+        source: SkeletonSource = getattr(import_module(f"kinect_bridge.sources.{module}"), name)(
+            self.settings
+        )
+        return source
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Meta
 
 from kinect_bridge.sources.live import MAX_ID, MAX_PEOPLE, Person
-from pose_io.recordings.joint_maps import FloatArray, JointMap
+from pose_io.recordings.joint_maps import JointMap
 
 VERSION = 1
 MAX_BYTES = 32_768
@@ -65,15 +65,12 @@ def to_person(person: PersonData, joint_map: JointMap) -> Person:
     else:
         joints = list(person.joints)
     values = np.array([_four(joint) for joint in joints], dtype=np.float64).reshape(-1, 4)
-    return Person(id=str(person.id), positions=values[:, :3], confidence=_confidence(values))
+    # Infinite confidences count as missing, too.
+    confidence = np.where(np.isfinite(values[:, 3]), values[:, 3], np.nan)
+    return Person(id=str(person.id), positions=values[:, :3], confidence=confidence)
 
 
 def _four(joint: list[float | None] | None) -> list[float]:
     """x, y, z and confidence; NaN for each that is missing."""
     numbers = [np.nan if value is None else value for value in joint or []]
     return numbers + [np.nan] * (4 - len(numbers))
-
-
-def _confidence(values: FloatArray) -> FloatArray:
-    """Confidences [-]; infinite ones count as missing (NaN)."""
-    return np.where(np.isfinite(values[:, 3]), values[:, 3], np.nan)

@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from kinect_bridge.source import SkeletonFrame, Topic
 from kinect_bridge.sources.live_clock import CLOCK_COUNTERS, LiveClock
-from kinect_bridge.sources.source import SkeletonFrame, SourceReport, Topic
+from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
-from pose_io.recordings.joint_maps import FloatArray, JointMap, mark_missing
+from pose_io.recordings.joint_maps import JointMap, mark_missing
 from pose_node.level import Level
+from pose_node.node_status import Report
 
 MAX_PEOPLE = 16  # per frame
 MAX_ID = 32  # [characters]
@@ -116,7 +118,7 @@ class LiveSource:
         self._frames.append(self._frame(people, stamp_ns))
         self._wake()
 
-    def report(self) -> SourceReport:
+    def report(self) -> Report:
         """Whether frames arrive, and all counters."""
         values = {
             **self.counters.as_dict(),
@@ -126,14 +128,14 @@ class LiveSource:
             **self.details(),
         }
         if self._heard_ns is None:
-            return SourceReport(
+            return Report(
                 level=Level.WARN, message=f"waiting for {self.waits_for()}", values=values
             )
         silent_ns = self._now_ns() - self._heard_ns
         if silent_ns > SILENCE_NS:
             message = f"nothing from {self.waits_for()} for {silent_ns / NS_PER_S:.0f} s"
-            return SourceReport(level=Level.WARN, message=message, values=values)
-        return SourceReport(level=Level.OK, message=f"receiving from {self.name}", values=values)
+            return Report(level=Level.WARN, message=message, values=values)
+        return Report(level=Level.OK, message=f"receiving from {self.name}", values=values)
 
     def waits_for(self) -> str:
         """Description of what the source waits for."""

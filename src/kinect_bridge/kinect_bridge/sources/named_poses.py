@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from kinect_bridge.parameters import KinectBridgeParameters
+from kinect_bridge.source import Topic
 from kinect_bridge.sources.live import Person
-from kinect_bridge.sources.source import Topic
 from kinect_bridge.sources.topic_source import TopicSource
 from pose_core.stamps import nanoseconds
 

@@ -7,7 +7,7 @@ reopens the sensor, which may have been unplugged.
 import ctypes
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from typing import Any
 
 import numpy as np
@@ -34,11 +34,7 @@ COUNTERS = ("sensor_opened", "sensor_lost", "users_not_tracked", "users_beyond_l
 
 
 class Nite2Source(LiveSource):
-    """Source of NiTE2's users.
-
-    Raises:
-        PoseError: If the libraries are missing, or a parameter is invalid.
-    """
+    """Source of NiTE2's users."""
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         self._device = parameters.nite2_device
@@ -82,31 +78,23 @@ class Nite2Source(LiveSource):
 
     def _run(self) -> None:
         while not self._ends.is_set():
-            self._trouble = self._use_until_trouble()
+            try:
+                self._use_sensor()
+            except LibraryError as error:
+                self._trouble = str(error)
             self._ends.wait(RETRY_S)
 
-    def _use_until_trouble(self) -> str:
-        """Use the sensor until an error; returns its message."""
-        try:
-            self._use_library()
-        except LibraryError as error:
-            return str(error)
-        return ""
-
-    def _use_library(self) -> None:
-        self._library.initialize()
-        device = None
-        try:
+    def _use_sensor(self) -> None:
+        """Read the sensor until the source is closed, or an error."""
+        with ExitStack() as opened:
+            self._library.initialize()
+            opened.callback(self._library.shutdown)
             device = self._open_device()
-            tracker = self._library.create_tracker(device)
-            try:
-                self._read(tracker)
-            finally:
-                self._library.destroy_tracker(tracker)
-        finally:
             if device is not None:
-                self._library.close_device(device)
-            self._library.shutdown()
+                opened.callback(self._library.close_device, device)
+            tracker = self._library.create_tracker(device)
+            opened.callback(self._library.destroy_tracker, tracker)
+            self._read(tracker)
 
     def _open_device(self) -> ctypes.c_void_p | None:
         """Open the selected sensor; None if any: NiTE2 opens it itself."""

@@ -6,22 +6,19 @@ from typing import Any
 
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.replay import Replay, make_schedule
-from kinect_bridge.sources.source import SkeletonFrame, SourceReport, Topic
+from kinect_bridge.source import SkeletonFrame, Topic
 from pose_core.errors import ParameterError
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.timeline import make_timeline
 from pose_node.level import Level
+from pose_node.node_status import Report
 
 LONGEST_DELAY_NS = 10_000_000_000  # [ns] largest delay of a start that is caught up
 LATE_NS = 200_000_000  # [ns] delay that is reported
 
 
 class RecordingSource:
-    """Source of a recorded sensor's frames in real time.
-
-    Raises:
-        PoseError: If the file or a parameter is invalid.
-    """
+    """Source of a recorded sensor's frames in real time."""
 
     topics: tuple[Topic, ...] = ()
 
@@ -100,7 +97,7 @@ class RecordingSource:
     def close(self) -> None:
         """Nothing to let go of."""
 
-    def report(self) -> SourceReport:
+    def report(self) -> Report:
         """Progress of the replay, and counts of frames left out."""
         now_ns = self._now_ns()
         before_ns, before = self._reported
@@ -108,7 +105,7 @@ class RecordingSource:
         late_ns, self._late_ns = self._late_ns, 0
         elapsed_s = max(now_ns - before_ns, 1) * 1e-9
         fit = self._timeline.fit
-        return SourceReport(
+        return Report(
             level=Level.WARN if late_ns > LATE_NS else Level.OK,
             message=self._message(now_ns, late_ns),
             values={

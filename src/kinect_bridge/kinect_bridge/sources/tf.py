@@ -15,11 +15,11 @@ import numpy as np
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.live import MAX_PEOPLE, Person
 from kinect_bridge.sources.topic_source import TopicSource
+from pose_core.arrays import FloatArray
 from pose_core.errors import ParameterError
 from pose_core.stamps import nanoseconds
-from pose_io.recordings.joint_maps import FloatArray
+from pose_io.names import TF_STATIC
 
-TF_STATIC = "/tf_static"
 MAX_FRAMES = 4096  # largest number of stored frames
 MAX_DEPTH = 32  # largest number of transforms from a joint to the root
 JOINT, PERSON = "{joint}", "{person}"
@@ -65,11 +65,7 @@ def rotate(quaternion: FloatArray, point: FloatArray) -> FloatArray:
 
 
 class TfSource(TopicSource):
-    """Source of persons as frames on ``/tf``.
-
-    Raises:
-        PoseError: If a parameter is invalid.
-    """
+    """Source of persons as frames on ``/tf``."""
 
     NAME, TOPIC, JOINT_MAP = "tf", "/tf", "openni_tf"
     TYPE = "tf2_msgs/msg/TFMessage"
@@ -103,7 +99,8 @@ class TfSource(TopicSource):
         return f"frames such as '{frame}' on {self.hardware_id}"
 
     def _take(self, transform: Any) -> None:
-        rotation, translation = _values(transform.transform)
+        r, t = transform.transform.rotation, transform.transform.translation
+        rotation, translation = np.array([r.x, r.y, r.z, r.w]), np.array([t.x, t.y, t.z])
         if not np.isfinite(translation).all() or not 0.0 < rotation @ rotation < np.inf:
             self.counters.add("transforms_not_finite")
             return
@@ -158,11 +155,6 @@ class TfSource(TopicSource):
                 break
             frame = self._tree.parent(frame) or ""
         return frame
-
-
-def _values(transform: Any) -> tuple[FloatArray, FloatArray]:
-    r, t = transform.rotation, transform.translation
-    return np.array([r.x, r.y, r.z, r.w]), np.array([t.x, t.y, t.z])
 
 
 def _pattern(template: str) -> re.Pattern[str]:

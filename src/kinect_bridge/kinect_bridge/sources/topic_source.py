@@ -3,17 +3,13 @@
 from typing import ClassVar
 
 from kinect_bridge.parameters import KinectBridgeParameters
+from kinect_bridge.source import Topic
 from kinect_bridge.sources.live import LiveSource
-from kinect_bridge.sources.source import Topic
 from pose_io.recordings.joint_map_files import find_joint_map
 
 
 class TopicSource(LiveSource):
-    """Source of messages of one topic; a subclass names the defaults.
-
-    Raises:
-        PoseError: If a parameter is invalid.
-    """
+    """Source of messages of one topic; a subclass names the defaults."""
 
     NAME: ClassVar[str]  # in messages
     TOPIC: ClassVar[str]

@@ -36,11 +36,7 @@ Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 
 class UdpSource(LiveSource):
-    """Source of datagrams.
-
-    Raises:
-        PoseError: If a parameter is invalid, or the port is in use.
-    """
+    """Source of datagrams."""
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         address = _address("udp_address", parameters.udp_address)
@@ -95,12 +91,7 @@ class UdpSource(LiveSource):
             self.hear(data, sender)
 
     def hear(self, data: bytes, sender: tuple[object, ...]) -> None:
-        """Process one datagram.
-
-        Args:
-            data: Its content.
-            sender: Address and port.
-        """
+        """Process one datagram."""
         self.counters.add("datagrams_received")
         reason = self._refusal(data, sender)
         if reason is not None:

@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import writing
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
-from pose_io.recordings.joint_maps import FloatArray, StateArray
+from pose_io.recordings.joint_maps import StateArray
 from pose_io.recordings.recording import Recording, SensorStream
 
 COLOURS = {"left": "#0072b2", "right": "#d55e00", "": "#444444"}  # the person's sides

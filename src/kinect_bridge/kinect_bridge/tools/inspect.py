@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from kinect_bridge.sources.live import MAX_DISTANCE_M
 from pose_io.recordings.formats import AUTO, FORMATS, read_recording
 from pose_io.recordings.recording import Recording, SensorStream
 from pose_io.recordings.timeline import Timeline, make_timeline
 from pose_node.command_line import run_tool
 
-FAR_M = 100.0  # [m] beyond the range of any camera
 GAP_S = 0.5  # [s] shortest gap or absence that is listed
 
 
@@ -48,18 +48,16 @@ def _describe_sensor(stream: SensorStream, timeline: Timeline, zero_ns: int) -> 
         "first_s": (int(timeline.time_ns[0]) - zero_ns) * 1e-9 if len(timeline) else None,
         "last_s": (int(timeline.time_ns[-1]) - zero_ns) * 1e-9 if len(timeline) else None,
         "interval_median_s": float(np.median(intervals_s)) if len(intervals_s) else None,
-        "gaps": [
-            {"at_s": (at_ns - zero_ns) * 1e-9, "length_s": length_s}
-            for at_ns, length_s in timeline.gaps(GAP_S)
-        ],
-        "absences": [
-            {"at_s": (at_ns - zero_ns) * 1e-9, "length_s": length_s}
-            for at_ns, length_s in _absences(stream, timeline)
-        ],
+        "gaps": _plain_spans(timeline.gaps(GAP_S), zero_ns),
+        "absences": _plain_spans(_absences(stream, timeline), zero_ns),
         "joints": stream.joint_counts(),
         "far": _far(stream),
         "clock": None if timeline.fit is None else timeline.fit.summary(),
     }
+
+
+def _plain_spans(spans: list[tuple[int, float]], zero_ns: int) -> list[dict[str, float]]:
+    return [{"at_s": (at_ns - zero_ns) * 1e-9, "length_s": length_s} for at_ns, length_s in spans]
 
 
 def _absences(stream: SensorStream, timeline: Timeline) -> list[tuple[int, float]]:
@@ -75,10 +73,10 @@ def _absences(stream: SensorStream, timeline: Timeline) -> list[tuple[int, float
 
 
 def _far(stream: SensorStream) -> dict[str, float]:
-    """Number of joints farther than :data:`FAR_M`, and the largest distance [m]."""
+    """Number of joints farther than :data:`MAX_DISTANCE_M`, and the largest distance [m]."""
     far = np.abs(np.nan_to_num(stream.positions, nan=0.0)).max(axis=-1, initial=0.0)
     return {
-        "joints": int(np.count_nonzero(far > FAR_M)),
+        "joints": int(np.count_nonzero(far > MAX_DISTANCE_M)),
         "farthest_m": float(far.max(initial=0.0)),
     }
 
@@ -115,7 +113,7 @@ def _far_lines(far: dict[str, float]) -> list[str]:
     if not far["joints"]:
         return []
     return [
-        f"  ABSURD   {far['joints']} joints are more than {FAR_M:g} m away, the farthest"
+        f"  ABSURD   {far['joints']} joints are more than {MAX_DISTANCE_M:g} m away, the farthest"
         f" {far['farthest_m']:.3g} m: is the file damaged, or in other units than metres?"
     ]
 

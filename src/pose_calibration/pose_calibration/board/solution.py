@@ -149,13 +149,8 @@ def _linked(
             )
         words = np.array([T_camera_board[a, i] @ inverse(T_camera_board[b, i]) for i in common])
         T_a_b, far = _median_transform(words)
-        left_out.update(
-            {
-                i: f"contradicts the others between '{a}' and '{b}'"
-                for i, is_far in zip(common, far, strict=True)
-                if is_far
-            }
-        )
+        outliers = [i for i, is_far in zip(common, far, strict=True) if is_far]
+        left_out.update(dict.fromkeys(outliers, f"contradicts the others between '{a}' and '{b}'"))
         if (~far).sum() < LEAST_PAIRS:
             raise CalibrationError(
                 f"the views of '{a}' and '{b}' contradict each other: {far.sum()} of {len(far)} "
@@ -206,17 +201,10 @@ def _with_focus(result: BundleResult, cameras: Mapping[str, Camera]) -> dict[str
     A relative error of the focal length is the same relative error of the board's distance.
     """
     distance = float(np.median(np.linalg.norm(result.T_reference_board[:, :3, 3], axis=1)))
-    reference, *_ = cameras.values()
+    by_focus = {name: distance * camera.focus_stddev for name, camera in cameras.items()}
+    of_reference = next(iter(by_focus.values()))
     return {
-        name: float(
-            np.linalg.norm(
-                (
-                    stddev,
-                    distance * reference.focus_stddev,
-                    distance * cameras[name].focus_stddev,
-                )
-            )
-        )
+        name: float(np.linalg.norm((stddev, of_reference, by_focus[name])))
         for name, stddev in result.position_stddev.items()
     }
 

@@ -49,11 +49,7 @@ class BoardParameters:
 
 
 class Board:
-    """Geometry and markers of the board.
-
-    Args:
-        parameters: The board's dimensions.
-    """
+    """Geometry and markers of the board."""
 
     def __init__(self, parameters: BoardParameters) -> None:
         version = tuple(int(part) for part in cv2.__version__.split(".")[:2])

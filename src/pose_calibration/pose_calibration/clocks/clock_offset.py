@@ -9,11 +9,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
-from pose_calibration.clocks.joint_delays import LAG_SPREAD_S, Delay, estimate_delay
+from pose_calibration.clocks.joint_delays import (
+    LAG_SPREAD_S,
+    UNKNOWN_DELAY,
+    Delay,
+    estimate_delay,
+)
 from pose_calibration.clocks.motion_track import Track, track_of, without_slow
-from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform_robustly
+from pose_calibration.rigid_transform import (
+    CalibrationError,
+    RobustFit,
+    estimate_rigid_transform_robustly,
+)
 from pose_core.api import Clock, FloatArray, SkeletonSample, transformed
 from pose_core.stamps import NS_PER_S
 
@@ -93,7 +103,7 @@ def estimate_clock_offset(
     coarse = find_shift(searched, b, max_offset_s)
     if coarse is None:
         return UNKNOWN_OFFSET
-    offset, delay = coarse, Delay(estimate_s=0.0, stddev_s=np.inf)
+    offset, delay = coarse, UNKNOWN_DELAY
     for _ in range(REFINEMENTS):
         delay = measure_delay(searched, b, offset)
         offset += delay.estimate_s
@@ -111,17 +121,31 @@ def estimate_clock_offset(
 
 def measure_delay(a: Track, b: Track, offset: float) -> Delay:
     """The other's remaining delay after an offset [s] has been subtracted."""
-    moved = b.at(a.stamps + offset)
-    known = np.isfinite(a.positions + moved).all(axis=2)
-    try:
-        fit = estimate_rigid_transform_robustly(moved[known], a.positions[known])
-    except CalibrationError:
-        return Delay(estimate_s=0.0, stddev_s=np.inf)
+    moved, known, fit = _fit_shifted(a, b, offset)
+    if fit is None:
+        return UNKNOWN_DELAY
     positions = a.positions.copy()
     outlier = known.copy()
     outlier[known] = fit.weights == 0.0
     positions[outlier] = np.nan
     return estimate_delay(a.stamps, positions, transformed(fit.T_target_source, moved))
+
+
+def _fit_shifted(
+    a: Track, b: Track, shift: float
+) -> tuple[FloatArray, NDArray[np.bool_], RobustFit | None]:
+    """The other's joints at the reference's stamps plus a shift [s], (n, 15, 3), in its own frame.
+
+    Returns:
+        Those joints, the mask (n, 15) of those known in both views, and their fit to the
+        reference's view; None if they do not determine it.
+    """
+    moved = b.at(a.stamps + shift)
+    known = np.asarray(np.isfinite(a.positions + moved).all(axis=2))
+    try:
+        return moved, known, estimate_rigid_transform_robustly(moved[known], a.positions[known])
+    except CalibrationError:
+        return moved, known, None
 
 
 def find_shift(a: Track, b: Track, max_offset_s: float) -> float | None:
@@ -157,13 +181,9 @@ def _turned_alike(a: Track, b: Track, max_offset_s: float) -> Track | None:
     fits = []
     steps = int(max_offset_s / FIT_STEP_S)
     for shift in FIT_STEP_S * np.arange(-steps, steps + 1):
-        moved = b.at(a.stamps + shift)
-        known = np.isfinite(a.positions + moved).all(axis=2)
-        try:
-            fit = estimate_rigid_transform_robustly(moved[known], a.positions[known])
-        except CalibrationError:
-            continue
-        fits.append((float(np.median(fit.residuals)), fit.T_target_source))
+        _, _, fit = _fit_shifted(a, b, shift)
+        if fit is not None:
+            fits.append((fit.median, fit.T_target_source))
     if not fits:
         return None
     _, T = min(fits, key=lambda each: each[0])

@@ -31,6 +31,9 @@ class Delay:
     noise_s: float = np.inf  # [s] part of it that differs between windows of motion
 
 
+UNKNOWN_DELAY = Delay(estimate_s=0.0, stddev_s=np.inf)
+
+
 def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
     """Estimate the delay of one view behind another, both in the same frame.
 
@@ -40,7 +43,7 @@ def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
         b: The same in the other.
     """
     if len(stamps) < MIN_SAMPLES:
-        return Delay(estimate_s=0.0, stddev_s=np.inf)
+        return UNKNOWN_DELAY
     step = float(np.median(np.diff(stamps)))
     width = max(3, round(SLOW_S / step))
     reach = max(1, round(REACH_S / step))
@@ -55,7 +58,7 @@ def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
     energy = measured - 0.25 * np.where(known[..., None], apart**2, 0.0).sum(axis=(0, 2))
     usable = (known.sum(axis=0) >= MIN_SAMPLES) & (energy > LEAST_SIGNAL * measured)
     if not usable.any():
-        return Delay(estimate_s=0.0, stddev_s=np.inf)
+        return UNKNOWN_DELAY
     energy, quick, v, known = energy[usable], quick[:, usable], v[:, usable], known[:, usable]
     delay = (v * quick).sum(axis=(0, 2)) / energy
     left = (quick - v * delay[:, None]) ** 2

@@ -6,29 +6,22 @@ are then estimated together, with the offsets of their trackers' joints (:mod:`j
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from pose_calibration.extrinsics.frame_memory import FrameMemory
 from pose_calibration.extrinsics.joint_refinement import JointRefinement, Refinement
 from pose_calibration.extrinsics.pair_fits import spanning_transforms
-from pose_calibration.floor.floor import KnownMounting, estimate_floor
+from pose_calibration.floor.floor import estimate_floor
 from pose_calibration.floor.gravity import Gravity
+from pose_calibration.parameters import CalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError, spread
 from pose_core.api import AlignedFrame, Extrinsics, FloatArray, PairResiduals, inverse, transformed
 from pose_core.errors import ParameterError
 from pose_core.joints import JOINTS
 
-
-@dataclass(frozen=True, kw_only=True)
-class CalibrationLimits:
-    """Quality that a calibration must reach to be accepted."""
-
-    minimum_frames: int = 60  # [-] common frames required to link two sensors
-    rotation_stddev: float = np.radians(1.5)  # [rad] about the least certain axis
-    median_residual: float = 0.15  # [m]
-    inlier_share: float = 0.5  # [-]
+LEAST_INLIERS = 0.5  # [-] share of a pair's joints
 
 
 class ExtrinsicsCalibrator:
@@ -37,22 +30,18 @@ class ExtrinsicsCalibrator:
     Args:
         sensors: The sensors' names, the reference first. With a single one, only the floor is
             estimated.
-        limits: Quality that the calibration must reach.
-        mounting: Known tilt and height of the reference.
+        parameters: Quality that the calibration must reach, known tilt and height of the reference.
     """
 
     def __init__(
-        self,
-        sensors: Sequence[str],
-        limits: CalibrationLimits | None = None,
-        mounting: KnownMounting | None = None,
+        self, sensors: Sequence[str], parameters: CalibrationParameters | None = None
     ) -> None:
         if not sensors or len(set(sensors)) != len(sensors):
             raise ParameterError(f"sensors = {list(sensors)}: expected one or more different names")
         self.sensors = tuple(sensors)
-        self.limits = limits or CalibrationLimits()
         self.memory = FrameMemory(sensors)
-        self._mounting = mounting or KnownMounting()
+        self._parameters = parameters or CalibrationParameters()
+        self._mounting = self._parameters.known_mounting
         self._in_reference = np.empty((0, len(JOINTS), 3))  # all joints of the last solution [m]
 
     @property
@@ -87,7 +76,7 @@ class ExtrinsicsCalibrator:
         positions = np.stack([frame.positions for frame in frames])
         speeds = np.stack([frame.speeds for frame in frames])
         placed, partner, positions = spanning_transforms(
-            positions, self.memory.shared_frames, self.limits.minimum_frames
+            positions, self.memory.shared_frames, self._parameters.minimum_frames
         )
         missing = [name for i, name in enumerate(self.sensors) if i not in placed]
         if missing and (not allow_missing or len(placed) == 1):
@@ -137,8 +126,8 @@ class ExtrinsicsCalibrator:
         other = self.sensors[int(np.argmax(shared))]
         return (
             f"found {shared.max()} frames in which both '{other}' and '{name}' track the person, "
-            f"expected {self.limits.minimum_frames} or more: stay longer where both see the whole "
-            "person"
+            f"expected {self._parameters.minimum_frames} or more: stay longer where both see the "
+            "whole person"
         )
 
     def _residuals(
@@ -176,12 +165,12 @@ class ExtrinsicsCalibrator:
         )
 
     def _check(self, pair: PairResiduals, name: str) -> None:
-        limits = self.limits
-        if pair.median > limits.median_residual or pair.all_inlier_share < limits.inlier_share:
+        limits = self._parameters
+        if pair.median > limits.median_residual or pair.all_inlier_share < LEAST_INLIERS:
             raise CalibrationError(
                 f"'{pair.partner}' and '{name}' disagree even after calibration: median "
                 f"{pair.median:.3f} m, {pair.all_inlier_share:.0%} inliers; expected at most "
-                f"{limits.median_residual:.3f} m and at least {limits.inlier_share:.0%}: let both "
+                f"{limits.median_residual:.3f} m and at least {LEAST_INLIERS:.0%}: let both "
                 "see the same single person, and check that their clocks agree"
             )
         if pair.rotation_stddev > limits.rotation_stddev:

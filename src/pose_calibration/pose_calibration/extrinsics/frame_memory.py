@@ -57,12 +57,14 @@ class FrameMemory:
 
     def add(self, frame: AlignedFrame) -> None:
         """Add the skeletons of all sensors at one instant."""
-        positions = self._tracked_positions(frame)
+        positions = tracked_positions(frame, self.sensors)
         speeds = self._speeds_so_far(frame.stamp_ns, positions)
         is_known = np.asarray(np.isfinite(positions).all(axis=2))  # (sensors, joints)
         shared = (is_known[:, None] & is_known[None]).any(axis=2)
         self.shared_frames += shared
-        together = np.asarray(shared[0] if len(self.sensors) == 1 else _with_others(shared))
+        # Sensors that have a joint in common with another one.
+        others = shared & ~np.eye(len(shared), dtype=bool)
+        together = shared[0] if len(self.sensors) == 1 else np.asarray(others.any(axis=1))
         if not together.any():
             return
         if self._last_ns is not None and 0 < frame.stamp_ns - self._last_ns < PAUSE_NS:
@@ -86,15 +88,6 @@ class FrameMemory:
                 frames[:2] + frames, frames, frames[2:] + frames[-2:], strict=False
             )
         ]
-
-    def _tracked_positions(self, frame: AlignedFrame) -> FloatArray:
-        positions = np.full((len(self.sensors), len(JOINTS), 3), np.nan)
-        for index, name in enumerate(self.sensors):
-            sample = frame.samples.get(name)
-            if sample is not None:
-                tracked = sample.tracking_state == TrackingState.TRACKED
-                positions[index, tracked] = sample.positions[tracked]
-        return positions
 
     def _speeds_so_far(self, stamp_ns: int, positions: FloatArray) -> FloatArray:
         """Speed of each joint [m/s] up to now, (15,)."""
@@ -121,6 +114,17 @@ class FrameMemory:
             self._kept_count -= before - len(fullest)
 
 
+def tracked_positions(frame: AlignedFrame, sensors: Sequence[str]) -> FloatArray:
+    """Joints [m] in each sensor's frame, (sensors, 15, 3); NaN if not TRACKED."""
+    positions = np.full((len(sensors), len(JOINTS), 3), np.nan)
+    for index, name in enumerate(sensors):
+        sample = frame.samples.get(name)
+        if sample is not None:
+            tracked = sample.tracking_state == TrackingState.TRACKED
+            positions[index, tracked] = sample.positions[tracked]
+    return positions
+
+
 def _speeds(before_ns: int, before: FloatArray, after: KeptFrame) -> FloatArray:
     """Speed of each joint [m/s] between two frames, mean over the sensors, (15,)."""
     if after.stamp_ns == before_ns:
@@ -128,8 +132,3 @@ def _speeds(before_ns: int, before: FloatArray, after: KeptFrame) -> FloatArray:
     ways = nan_mean(np.linalg.norm(after.positions - before, axis=2))
     speeds = ways * NS_PER_S / (after.stamp_ns - before_ns)
     return np.where(np.isfinite(ways), speeds, UNKNOWN_SPEED)
-
-
-def _with_others(shared: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Mask of the sensors that have a joint in common with another one, (sensors,)."""
-    return np.asarray((shared & ~np.eye(len(shared), dtype=bool)).any(axis=1))

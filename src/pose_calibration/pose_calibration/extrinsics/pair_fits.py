@@ -72,7 +72,7 @@ def fit_pair(target: FloatArray, source: FloatArray) -> tuple[RobustFit, NDArray
         except CalibrationError as error:
             failure = failure or error
             continue
-        if best is None or _median(found[0]) < 0.9 * _median(best[0]):
+        if best is None or found[0].median < 0.9 * best[0].median:
             best = found
         if not best[1].any() and np.mean(best[0].weights > 0.0) > 0.9:
             break  # nothing swapped, hardly an outlier: the other initial fit cannot be better
@@ -139,7 +139,3 @@ def _robust_fit(target: FloatArray, source: FloatArray) -> RobustFit:
 def _mean_distance(a: FloatArray, b: FloatArray) -> FloatArray:
     """Mean distance [m] of the known joints in each frame, NaN if there are none."""
     return nan_mean(np.linalg.norm(a - b, axis=2), axis=1)
-
-
-def _median(fit: RobustFit) -> float:
-    return float(np.median(fit.residuals))

@@ -11,6 +11,7 @@ from pose_core.errors import InputError
 
 LARGEST_DRIFT_PPM = 1000.0  # [ppm] twenty times that of a bad quartz
 PPM = 1e-6
+NUMBERS = ("drift_ppm", "at_ns", "stddev_ms", "drift_stddev_ppm")  # beside offset_ns, if known
 
 
 def clocks_document(clocks: Clocks) -> dict[str, Any]:
@@ -63,13 +64,10 @@ def _clock(path: Path, name: Any, entry: Any, sensors: Sequence[str]) -> Clock:
     where = f"clocks/{name}"
     if not isinstance(entry, Mapping):
         raise InputError(f"{path}: {where} is {entry!r}, expected a mapping with 'offset_ns'")
-    strange = sorted(
-        set(map(str, entry)) - {"offset_ns", "drift_ppm", "at_ns", "stddev_ms", "drift_stddev_ppm"}
-    )
-    if "offset_ns" not in entry or strange:
+    if "offset_ns" not in entry or set(map(str, entry)) - {"offset_ns", *NUMBERS}:
         raise InputError(
             f"{path}: {where} has {', '.join(map(str, entry)) or 'nothing'}, expected 'offset_ns' "
-            "and, if known, drift_ppm, at_ns, stddev_ms, drift_stddev_ppm"
+            f"and, if known, {', '.join(NUMBERS)}"
         )
     return Clock(
         offset_ns=_integer(path, where, entry, "offset_ns"),

@@ -31,6 +31,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
 from pose_core.api import FloatArray, SensorToSegment
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import SIDES
 
 AXIS_STDDEV = math.radians(5.0)  # [rad] of a limb's direction measured by the cameras
@@ -137,7 +138,7 @@ class _Fit:
             segment: SensorToSegment(
                 R_sensor_segment=self._M[i],
                 stddev=stddev[i],
-                residual=_root_mean(squares[:, i]),
+                residual=math.sqrt(mean_known(squares[:, i])),
             )
             for i, segment in enumerate(self._segments)
         }
@@ -253,8 +254,3 @@ def _turn_between(first: FloatArray, second: FloatArray) -> float:
     """Rotation [rad] about z that maps directions (n, 3) onto others; 0 if none is known."""
     horizontal = [each[:, 0] + 1j * each[:, 1] for each in (first, second)]
     return float(np.angle(np.nansum(horizontal[1] * np.conj(horizontal[0]))))
-
-
-def _root_mean(squares: FloatArray) -> float:
-    known = squares[np.isfinite(squares)]
-    return math.sqrt(float(known.mean())) if len(known) else math.nan

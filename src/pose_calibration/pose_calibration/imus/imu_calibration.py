@@ -30,20 +30,17 @@ UNMOVED = math.radians(6.0)  # [rad] largest rotation of a sensor that is not wo
 MOST = 95.0  # [%] percentile used as the largest angle
 ALIKE, OPPOSITE = 0.5, -0.5  # [-] cosines between sensors' axes along the body
 LEAST_TO_COMPARE = 4  # [-] sensors required to compare one with the others
-
-
 ATTEMPT_EVERY_S = 2.0  # [s] of motion
 STOOD = 0.2  # [-] share of the N-pose in the progress
 STAND = "stand still, upright, arms hanging, palms to the thighs, for 2 s"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Finding:
-    """A fault or remark about the sensors of some segments."""
+    """A fault of the sensors of some segments, or a remark about them."""
 
     segments: tuple[str, ...]
     text: str
-    is_fault: bool  # otherwise a remark
 
 
 def faults_of(observations: ImuObservations, explanations: Explanations) -> list[Finding]:
@@ -56,7 +53,7 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
                 f"the sensors of {first} and {second} are exchanged: exchange them in the nodes "
                 "file, or on the body"
             )
-            found.append(Finding(segments=(first, second), text=text, is_fault=True))
+            found.append(Finding((first, second), text))
     named = {segment for finding in found for segment in finding.segments}
     for segment in explanations.upside_down_worlds:
         if segment not in named:
@@ -64,7 +61,7 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
                 f"the sensor of {segment} rotates the wrong way round: its reference frame is "
                 "upside down (z points down); have it send z up (ENU), or raw data"
             )
-            found.append(Finding(segments=(segment,), text=text, is_fault=True))
+            found.append(Finding((segment,), text))
     return found
 
 
@@ -80,10 +77,9 @@ def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
         return []
     return [
         Finding(
-            segments=(name,),
-            text=f"the sensor of {name} sits upside down, compared with the others: this is "
-            "allowed, but check whether it is intended",
-            is_fault=False,
+            (name,),
+            f"the sensor of {name} sits upside down, compared with the others: this is allowed, "
+            "but check whether it is intended",
         )
         for i, name in enumerate(names)
         if np.median(cosine[i, usual]) < OPPOSITE
@@ -94,10 +90,9 @@ def uncertain(alignments: Mapping[str, SensorToSegment], enough: float) -> list[
     """Alignments with standard deviations above ``enough`` [rad] that motion could reduce."""
     return [
         Finding(
-            segments=(segment,),
-            text=f"{segment} is known to {np.degrees(wanted_stddev(segment, alignment)):.0f} deg "
-            f"only: calibrate again and {how_to_move(segment)}",
-            is_fault=False,
+            (segment,),
+            f"{segment} is known to {np.degrees(wanted_stddev(segment, alignment)):.0f} deg only: "
+            f"calibrate again and {how_to_move(segment)}",
         )
         for segment, alignment in alignments.items()
         if wanted_stddev(segment, alignment) > enough
@@ -115,9 +110,7 @@ def _silent(o: ImuObservations) -> list[Finding]:
             text = f"the sensor of {segment} sent samples only {share:.0%} of the time"
         else:
             continue
-        found.append(
-            Finding(segments=(segment,), text=f"{text}: check its cable or radio", is_fault=True)
-        )
+        found.append(Finding((segment,), f"{text}: check its cable or radio"))
     return found
 
 
@@ -138,7 +131,7 @@ def _unmoved(o: ImuObservations) -> list[Finding]:
                 f"the sensor of {segment} does not move ({np.degrees(turned):.0f} deg, the segment "
                 f"{np.degrees(inclination):.0f} deg): strap it on, or check whether it is stuck"
             )
-            found.append(Finding(segments=(segment,), text=text, is_fault=True))
+            found.append(Finding((segment,), text))
     return found
 
 
@@ -285,9 +278,7 @@ class ImuCalibration:
     def _absent(self) -> list[Finding]:
         return [
             Finding(
-                segments=(name,),
-                text=f"no samples from {name}: check its cable or radio, and the nodes file",
-                is_fault=True,
+                (name,), f"no samples from {name}: check its cable or radio, and the nodes file"
             )
             for name in self.parameters.worn
             if name not in self.recorder.segments

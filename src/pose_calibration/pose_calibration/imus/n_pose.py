@@ -80,7 +80,8 @@ class NPoseDetector:
         with np.errstate(invalid="ignore"):
             known = (count >= LEAST_SAMPLES)[..., None]
             median = np.where(known, nan_median(views), np.nan)
-            spread = np.where(known, _nan_spread(views, median), np.nan)
+            deviation = MAD_TO_STDDEV * nan_median(np.abs(views - median))
+            spread = np.where(known, deviation, np.nan)
         moving = np.nanmin(np.where(np.isfinite(spread), spread, np.inf), axis=0).max(axis=-1)
         if np.sum(moving > STILL_STDDEV) > MOST_MOVING:
             return None
@@ -146,8 +147,3 @@ def _placed(joints: FloatArray) -> tuple[FloatArray, FloatArray]:
     y = np.array([-np.sin(heading), np.cos(heading), 0.0])
     up = np.array([0.0, 0.0, 1.0])
     return np.stack([np.cross(y, up), y, up], axis=1), mid_hip(joints)
-
-
-def _nan_spread(views: FloatArray, center: FloatArray) -> FloatArray:
-    """Standard deviation from the median distance to a centre."""
-    return np.asarray(MAD_TO_STDDEV * nan_median(np.abs(views - center)))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
-from pose_calibration.clocks.motion_track import Track, track_of
+from pose_calibration.clocks.motion_track import track_of
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
 from pose_calibration.inertial.imu_motion import (
@@ -117,8 +117,7 @@ def views_on_reference_clock(
 def _over_time(
     views: list[View], verticals: Mapping[str, ImuVertical], delay_s: float
 ) -> list[MeasuredOffset]:
-    first = min(float(view.track.stamps[0]) for view in views if len(view.track.stamps))
-    last = max(float(view.track.stamps[-1]) for view in views if len(view.track.stamps))
+    first, last = _span(views)
     every = max(WINDOW_S, (last - first) / MOST_WINDOWS)
     count = max(1, round((last - first) / every))
     starts = first + (last - first) / count * np.arange(count)
@@ -130,15 +129,18 @@ def _over_time(
     return measure_outwards(starts, _middle(views) - every, delay_s + TRACKER_DELAY_S, measure)
 
 
+def _span(views: Sequence[View]) -> tuple[float, float]:
+    """First and last stamp [s] of all views."""
+    stamps = [view.track.stamps for view in views if len(view.track.stamps)]
+    return min(float(each[0]) for each in stamps), max(float(each[-1]) for each in stamps)
+
+
 def _middle(views: Sequence[View]) -> float:
     """Start [s] of the middle minute of the views."""
-    first = min(float(view.track.stamps[0]) for view in views if len(view.track.stamps))
-    last = max(float(view.track.stamps[-1]) for view in views if len(view.track.stamps))
+    first, last = _span(views)
     return max(first, 0.5 * (first + last - SEARCHED_S))
 
 
 def _cut(views: Sequence[View], begin_s: float, duration_s: float) -> list[View]:
-    def part(track: Track) -> Track:
-        return track.between(begin_s, begin_s + duration_s)
-
-    return [View(part(view.track), view.up) for view in views]
+    end_s = begin_s + duration_s
+    return [View(view.track.between(begin_s, end_s), view.up) for view in views]

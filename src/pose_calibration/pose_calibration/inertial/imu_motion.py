@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_calibration.clocks.joint_delays import CORRELATION_S, Delay
+from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
 from pose_calibration.clocks.motion_track import SLOW_S, Track, interpolated, without_slow
 from pose_core.api import FloatArray, ImuBlock
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
@@ -141,7 +141,6 @@ def measure_imu_delay(
     Returns:
         The delay [s]; its standard deviation is infinite if the motion does not determine it.
     """
-    unknown = Delay(estimate_s=0.0, stddev_s=np.inf)
     reach = round(reach_s * GRID_RATE) + FINE
     limbs = [
         limb
@@ -150,17 +149,17 @@ def measure_imu_delay(
         if (limb := _limb(view, segment, each, reach, centre_s)) is not None
     ]
     if not limbs:
-        return unknown
+        return UNKNOWN_DELAY
     shifts = np.arange(-reach, reach + 1) / GRID_RATE + centre_s
     cost = np.sum([limb.count * np.log(limb.misfit) for limb in limbs], axis=0)
     best = int(np.argmin(cost))
     apart = np.abs(shifts - shifts[best]) > APART_S
     if not FINE <= best < len(shifts) - FINE:
-        return unknown
+        return UNKNOWN_DELAY
     if apart.any() and cost[apart].min() - cost[best] < DECISIVE:
-        return unknown
+        return UNKNOWN_DELAY
     found = [one for limb in limbs if (one := _own_shift(limb, shifts, best)) is not None]
-    return _combined(np.array(found)) if len(found) >= LEAST_LIMBS else unknown
+    return _combined(np.array(found)) if len(found) >= LEAST_LIMBS else UNKNOWN_DELAY
 
 
 def _limb(

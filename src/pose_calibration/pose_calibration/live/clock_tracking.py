@@ -33,10 +33,6 @@ STALE_NS = 300 * NS_PER_S  # [ns] after which a clock from a file is not used
 OUTLIERS_OF_STEP = 2  # [-] in succession, from which on a step is assumed
 
 
-Measurement = Callable[[float], MeasuredOffset | None]
-Search = Callable[[], float | None]
-
-
 class ClockTracker:
     """Tracks the offset and drift of all sources' clocks.
 
@@ -107,19 +103,18 @@ class ClockTracker:
                 continue
             known_s = self._known_s(name)
             near = partial(measure_window, reference, track)
-            offset = self._measure(name, known_s, near, self._far_of(reference, track, known_s))
+            far = partial(self._shift_elsewhere, reference, track, known_s)
+            offset = self._measure(name, known_s, near, far)
             if offset is not None:
                 self.clocks[name] = self._clock(name, offset, begin_ns, LAG_SPREAD_S)
         if imus.segments:
             self._measure_imus(begin_ns, imus)
 
-    def _far_of(self, reference: Track, track: Track, known_s: float) -> Search:
-        def far() -> float | None:
-            shift_s = find_shift(reference, track, self._max_offset_s)
-            is_other = shift_s is not None and abs(shift_s - known_s) >= FINE_REACH_S
-            return shift_s if is_other else None
-
-        return far
+    def _shift_elsewhere(self, reference: Track, track: Track, known_s: float) -> float | None:
+        """The shift [s] found in the whole range; None if it is the known one, or there is none."""
+        shift_s = find_shift(reference, track, self._max_offset_s)
+        is_other = shift_s is not None and abs(shift_s - known_s) >= FINE_REACH_S
+        return shift_s if is_other else None
 
     def _known_s(self, name: str) -> float:
         """Offset [s] by which a source's clock is ahead now; 0 if unknown."""
@@ -130,7 +125,11 @@ class ClockTracker:
         return clock.ahead_ns(self._due_ns - EVERY_NS) / NS_PER_S
 
     def _measure(
-        self, name: str, known_s: float, near: Measurement, far: Search
+        self,
+        name: str,
+        known_s: float,
+        near: Callable[[float], MeasuredOffset | None],
+        far: Callable[[], float | None],
     ) -> MeasuredOffset | None:
         """Measure a source's offset near the known one, or elsewhere once its clock was set.
 

@@ -72,7 +72,8 @@ def _advice(extrinsics: Extrinsics, frames: Sequence[KeptFrame], sensors: Sequen
     if len(neck) == 0:
         return "let the sensors see the whole person"
     depth, across = (_way(neck[:, axis]) for axis in (0, 1))
-    turn = _turn(body_axes(joints))
+    axes = body_axes(joints)
+    turn = _way(np.unwrap(np.arctan2(axes[:, 1, 0], axes[:, 0, 0])))  # [rad] range of headings
     shares = {
         f"walk nearer and farther ({depth:.1f} of {WANTED_WAY_M:.1f} m)": depth / WANTED_WAY_M,
         f"walk from side to side ({across:.1f} of {WANTED_WAY_M:.1f} m)": across / WANTED_WAY_M,
@@ -85,9 +86,3 @@ def _advice(extrinsics: Extrinsics, frames: Sequence[KeptFrame], sensors: Sequen
 
 def _way(values: FloatArray) -> float:
     return float(np.subtract(*np.percentile(values, [95, 5])))
-
-
-def _turn(axes: FloatArray) -> float:
-    """Range [rad] of the body's headings."""
-    heading = np.unwrap(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]))
-    return _way(heading)

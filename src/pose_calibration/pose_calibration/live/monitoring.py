@@ -25,15 +25,11 @@ class Monitoring:
         extrinsics: The calibration to monitor.
         aligner: Aligns the samples, which are corrected by the clocks tracked.
         max_offset_s: Largest offset [s] of the search for clocks.
-
-    Attributes:
-        extrinsics: The calibration with the latest clocks.
-        moved: The last motion of a sensor that was detected.
     """
 
     def __init__(self, extrinsics: Extrinsics, aligner: TimeAligner, max_offset_s: float) -> None:
-        self.extrinsics = extrinsics
-        self.moved: Moved | None = None
+        self.extrinsics = extrinsics  # with the latest clocks
+        self.moved: Moved | None = None  # the last motion of a sensor that was detected
         self._aligner = aligner
         self._clock_tracker = ClockTracker(extrinsics, max_offset_s)
         self._watchdog = Watchdog(extrinsics)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_calibration.extrinsics.frame_memory import tracked_positions
 from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
 from pose_core.finite_numbers import MAD_TO_STDDEV, nan_median
 from pose_core.stamps import NS_PER_S
@@ -43,11 +44,7 @@ class Moved:
 
 
 class Watchdog:
-    """Compares the sensors' views.
-
-    Args:
-        extrinsics: The calibration to monitor.
-    """
+    """Compares the sensors' views, placed by a calibration."""
 
     def __init__(self, extrinsics: Extrinsics) -> None:
         self._extrinsics = extrinsics
@@ -89,13 +86,15 @@ class Watchdog:
 
     def _displacement(self, frame: AlignedFrame) -> FloatArray:
         """Median over joints of each view's difference to the others' mean [m], (sensors, 3)."""
-        places = np.full((len(self._sensors), 15, 3), np.nan)
-        for index, name in enumerate(self._sensors):
-            sample = frame.samples.get(name)
-            if sample is not None:
-                known = np.where(sample.tracking_state[:, None] == 2, sample.positions, np.nan)
-                places[index] = transformed(self._extrinsics.T_reference_sensor[name], known)
-        is_known = np.isfinite(places).all(axis=2)
+        T_reference_sensor = self._extrinsics.T_reference_sensor
+        seen = tracked_positions(frame, self._sensors)
+        places = np.stack(
+            [
+                transformed(T_reference_sensor[name], own)
+                for name, own in zip(self._sensors, seen, strict=True)
+            ]
+        )
+        is_known = np.asarray(np.isfinite(places).all(axis=2))
         filled = np.where(is_known[..., None], places, 0.0)
         others = is_known.sum(axis=0) - is_known
         mean = (filled.sum(axis=0) - filled) / np.maximum(others, 1)[..., None]

@@ -54,11 +54,6 @@ def match_people(frames: Iterable[Frame], sensors: Sequence[str]) -> MatchedPeop
     return MatchedPeople(tracker=tracker, samples={number: persons[number] for number in by_view})
 
 
-def only_person(frames: Iterable[Frame]) -> bool:
-    """Whether no frame has more than one person."""
-    return all(len(frame) <= 1 for frame in frames)
-
-
 def with_id(frame: Frame, person: str) -> list[SkeletonSample]:
     """The persons with this id in a frame."""
     return [sample for sample in frame if sample.person == person][:1]

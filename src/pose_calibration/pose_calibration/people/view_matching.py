@@ -128,9 +128,9 @@ def _hypothesis(a: Track, b: Track) -> Hypothesis | None:
             fit = estimate_rigid_transform_robustly(at_source[known], at_target[known])
         except CalibrationError:
             continue
-        median = float(np.median(fit.residuals))
-        if best is None or median < best.median:
-            best = Hypothesis(T_target_source=fit.T_target_source, shift_s=shift_s, median=median)
+        if best is None or fit.median < best.median:
+            T, median = fit.T_target_source, fit.median
+            best = Hypothesis(T_target_source=T, shift_s=shift_s, median=median)
     return best
 
 

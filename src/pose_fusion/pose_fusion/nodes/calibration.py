@@ -11,7 +11,6 @@ from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, TimeReference
-from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
@@ -29,10 +28,11 @@ from pose_fusion.conversions import (
 from pose_fusion.nodes.calibration_report import calibration_report
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched, sensor_data
+from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.sample_reader import read_imus
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
-from pose_io.names import sensor_frame
+from pose_io.names import imu_topic, sensor_frame, skeletons_topic
 from pose_node.kept import kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
@@ -48,9 +48,6 @@ EVERY_OTHER = 2  # [-] IMU sample is used; 50 of 100 Hz suffice
 
 class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     """Passes samples to a :class:`LiveCalibration`, publishes the result and saves it.
-
-    Args:
-        **options: As for ``rclpy.node.Node``.
 
     Raises:
         PoseError: If the file or a parameter is invalid.
@@ -85,20 +82,20 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     def activate(self) -> None:
         """Subscribe to the sensors; publish what is already known."""
         sensors = self.settings.sensors
-        frames = {sensor: f"kinect_{sensor}/skeletons" for sensor in sensors}
+        frames = {sensor: skeletons_topic(sensor) for sensor in sensors}
         self._readers = {sensor: SkeletonReader(sensor) for sensor in frames}
         self._frames = Inbox(self, SkeletonArray, frames, FRAMES_QOS)
         self._reference_frame = sensor_frame(sensors[0])
         self.create_subscription(
             Imu, f"kinect_{sensors[0]}/imu", self._on_acceleration, qos_profile_sensor_data
         )
-        topics = {segment: f"imu_{segment}/data" for segment in SEGMENT_ENDS}
+        topics = {segment: imu_topic(segment) for segment in SEGMENT_ENDS}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
         self._standstill = Standstill({**self._frames.queues, **self._imus.queues})
         steady_timer(self, PERIOD_S, self._take)
-        self.create_service(Trigger, "~/calibrate", self._on_calibrate)
-        self.create_service(Trigger, "~/progress", self._on_progress)
-        self.create_service(Trigger, "~/save", self._on_save)
+        offer_trigger(self, "~/calibrate", self._on_calibrate)
+        offer_trigger(self, "~/progress", self._on_progress)
+        offer_trigger(self, "~/save", self._on_save)
         if self._calibration.extrinsics is not None:
             self._publish(self._calibration.extrinsics)
 
@@ -190,30 +187,22 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self.get_logger().info(f"saved {file}")
         return True
 
-    def _on_calibrate(
-        self, _request: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
+    def _on_calibrate(self) -> tuple[bool, str]:
         self._calibration.restart()
-        response.success, response.message = True, "collecting again: walk about, raise the arms"
-        return response
+        return True, "collecting again: walk about, raise the arms"
 
-    def _on_progress(
-        self, _request: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
-        response.success = self._calibration.is_finished
-        response.message = f"{self._calibration.progress:.0%}: {self._calibration.status}"
-        return response
+    def _on_progress(self) -> tuple[bool, str]:
+        calibration = self._calibration
+        return calibration.is_finished, f"{calibration.progress:.0%}: {calibration.status}"
 
-    def _on_save(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_save(self) -> tuple[bool, str]:
         extrinsics = self._calibration.extrinsics
         if self._file is None:
-            response.message = "no file to save to: start the node with the parameter 'file'"
-        elif extrinsics is None:
-            response.message = f"nothing to save yet: {self._calibration.status}"
-        else:
-            response.success = self._save(self._file, extrinsics)
-            response.message = f"saved {self._file}" if response.success else self._trouble
-        return response
+            return False, "no file to save to: start the node with the parameter 'file'"
+        if extrinsics is None:
+            return False, f"nothing to save yet: {self._calibration.status}"
+        is_saved = self._save(self._file, extrinsics)
+        return is_saved, f"saved {self._file}" if is_saved else self._trouble
 
     def report(self) -> Report:
         """Progress and accuracy of the calibration."""

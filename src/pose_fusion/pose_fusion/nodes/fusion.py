@@ -39,6 +39,7 @@ from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
 from pose_fusion.unused_sensors import unused_sensors
 from pose_io.clock_messages import clock_of
+from pose_io.names import imu_topic, skeletons_topic
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
 from pose_node.kept import Kept, kept_file
@@ -58,11 +59,7 @@ LATCHED_QOS = latched(QUEUE)
 
 
 class FusionNode(ManagedNode[FusionNodeParameters]):
-    """Passes samples to a :class:`PeoplePipeline` and publishes its estimates.
-
-    Args:
-        **options: As for ``rclpy.node.Node``.
-    """
+    """Passes samples to a :class:`PeoplePipeline` and publishes its estimates."""
 
     def __init__(self, **options: Any) -> None:
         self._bodies: BodyPublishers | None = None
@@ -165,7 +162,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             sensor: MessageQueue(
                 self.create_subscription(
                     SkeletonArray,
-                    f"kinect_{sensor}/skeletons",
+                    skeletons_topic(sensor),
                     partial(self._on_skeletons, sensor),
                     SENSOR_QOS,
                     raw=True,
@@ -174,7 +171,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             for sensor in self.settings.sensors
         }
         segments = SEGMENTS if self.settings.use_imus else ()
-        topics = {segment: f"imu_{segment}/data" for segment in segments}
+        topics = {segment: imu_topic(segment) for segment in segments}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
 
     def _on_skeletons(self, sensor: str, data: bytes, info: MessageInfo) -> None:

@@ -12,15 +12,7 @@ from pose_node.nodes.diagnostics import Report
 
 
 class FusionReporter:
-    """Reports the state of the tracking, the sensors in use, and the latency.
-
-    Args:
-        pipeline: The node's pipeline.
-        reader: The node's reader of messages.
-
-    Attributes:
-        latency_s: Latency of the subject's last estimate [s].
-    """
+    """Reports the state of the tracking, the sensors in use, and the latency."""
 
     def __init__(self, pipeline: PeoplePipeline, reader: SampleReader) -> None:
         self._pipeline = pipeline
@@ -29,7 +21,7 @@ class FusionReporter:
         self._estimates = 0  # at the last check
         self._missed = 0  # checks in a row without new estimates
         self._named: set[str] = set()
-        self.latency_s = 0.0
+        self.latency_s = 0.0  # [s] of the subject's last estimate
 
     def check(self) -> bool:
         """Check which sources are usable; return whether this has changed."""

@@ -43,14 +43,11 @@ class MessageQueue:
 
     Args:
         subscription: The subscription, with ``raw=True``.
-
-    Attributes:
-        newest: Its publisher's number of the last message; 0: none yet.
     """
 
     def __init__(self, subscription: Subscription) -> None:
         self.subscription = subscription
-        self.newest = 0
+        self.newest = 0  # its publisher's number of the last message; 0: none yet
         self._lost = 0
 
     def take(self) -> list[tuple[bytes, MessageInfo]]:
@@ -89,16 +86,13 @@ class Inbox:
         message_type: Message type of all topics.
         topics: Topics by names of the caller's choice.
         profile: Quality of service; its depth bounds the number of waiting messages.
-
-    Attributes:
-        queues: The subscriptions, by the caller's names.
     """
 
     def __init__(
         self, node: Node, message_type: type, topics: Mapping[str, str], profile: QoSProfile
     ) -> None:
         group = NotWoken()
-        self.queues = {
+        self.queues = {  # by the caller's names
             name: MessageQueue(
                 node.create_subscription(
                     message_type, topic, ignore_message, profile, callback_group=group, raw=True

@@ -25,7 +25,7 @@ from pose_fusion.watching.observation import (
     TopicWatch,
     TrackingWatch,
 )
-from pose_io.names import BODIES
+from pose_io.names import BODIES, SKELETON_ARRAY, TF_STATIC
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
@@ -36,19 +36,14 @@ from pose_node.nodes.running import node_of_tool
 
 DISCOVERY_S = 0.3  # [s] between searches for new topics
 DEPTH = 200  # [messages]
-OTHERS = ("/tf", "/tf_static", "/diagnostics", "/extrinsics")
+OTHERS = ("/tf", TF_STATIC, "/diagnostics", "/extrinsics")
 WITH_HEADER = (SENSOR_TOPIC, IMU_TOPIC)
 LATENCIES = 1000  # number of stored latencies
 PROBE = "~/probe"
 
 
 class GraphListener(Node):
-    """Subscribes to all our topics that appear, and collects statistics.
-
-    Args:
-        name: The node's name.
-        **options: As for ``rclpy.node.Node``.
-    """
+    """Subscribes to all our topics that appear, and collects statistics."""
 
     def __init__(self, name: str = "listener", **options: Any) -> None:
         super().__init__(name, **options)
@@ -107,14 +102,14 @@ class GraphListener(Node):
     def _reader_of(self, topic: str, msgtype: str) -> Callable[[str, Any], None] | None:
         """The function that reads a topic's messages, if there is one."""
         leaf = topic.split("/")[-1] if topic.startswith(BODIES) else ""
-        if msgtype == "pose_msgs/msg/SkeletonArray":
+        if msgtype == SKELETON_ARRAY:
             return self._on_skeletons
         readers: dict[tuple[str, str], Callable[[str, Any], None]] = {
             ("skeleton", "pose_msgs/msg/Skeleton"): self._on_skeleton,
             ("estimate", "pose_msgs/msg/PoseEstimate"): self._on_estimate,
             ("", "diagnostic_msgs/msg/DiagnosticArray"): self._on_diagnostics,
         }
-        if topic == "/tf_static" and msgtype == "tf2_msgs/msg/TFMessage":
+        if topic == TF_STATIC and msgtype == "tf2_msgs/msg/TFMessage":
             return self._on_tf_static
         return readers.get((leaf, msgtype))
 
@@ -122,7 +117,7 @@ class GraphListener(Node):
         self, topic: str, kind: Any, read: Callable[[str, Any], None] | None, data: bytes
     ) -> None:
         now_ns = time.time_ns()
-        has_header = hasattr(kind, "_header") or "header" in kind.get_fields_and_field_types()
+        has_header = "header" in kind.get_fields_and_field_types()
         self._watches[topic].add(now_ns, serialized_ns(data) if has_header else None)
         if read is None:
             return

@@ -36,12 +36,8 @@ def calibrate_live(
         while not node.calibration.is_finished and time.monotonic() < deadline:
             executor.spin_once(timeout_sec=SPIN_S)
             on_progress(node.calibration)
-        return _result(node.calibration, timeout_s)
-
-
-def _result(calibration: LiveCalibration, timeout_s: float) -> Extrinsics:
-    sensors = calibration.parameters.sensors
-    found = calibration.extrinsics
-    if found is None or set(found.sensors) != set(sensors):
-        raise CalibrationError(f"not calibrated within {timeout_s:.0f} s: {calibration.missing}")
-    return found
+        found, sensors = node.calibration.extrinsics, node.calibration.parameters.sensors
+        if found is None or set(found.sensors) != set(sensors):
+            missing = node.calibration.missing
+            raise CalibrationError(f"not calibrated within {timeout_s:.0f} s: {missing}")
+        return found

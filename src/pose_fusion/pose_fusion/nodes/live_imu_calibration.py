@@ -30,6 +30,7 @@ from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.sample_reader import read_imus
 from pose_io.clock_messages import clock_of
+from pose_io.names import imu_topic, skeletons_topic
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import StaticTransforms
 from pose_node.nodes.running import node_of_tool
@@ -67,11 +68,11 @@ class ImuCalibrationNode(Node):
         self._static_transforms = StaticTransforms()
         self._clocks: dict[str, Clock] = {}
         self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(self.counters)
-        self._imus = Inbox(self, Imu, {name: f"imu_{name}/data" for name in SEGMENTS}, SENSOR_QOS)
+        self._imus = Inbox(self, Imu, {name: imu_topic(name) for name in SEGMENTS}, SENSOR_QOS)
         for sensor in parameters.sensors:
             self.create_subscription(
                 SkeletonArray,
-                f"kinect_{sensor}/skeletons",
+                skeletons_topic(sensor),
                 partial(self._on_skeletons, sensor),
                 SENSOR_QOS,
             )

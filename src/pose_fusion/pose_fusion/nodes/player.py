@@ -15,13 +15,13 @@ from rclpy.publisher import Publisher
 from rclpy.qos import ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
 from rosgraph_msgs.msg import Clock
-from std_srvs.srv import Trigger
 
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments
 from pose_core.stamps import NS_PER_S
 from pose_fusion.nodes import qos
+from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_io.bags import BagMessage, open_bag
 from pose_io.playback import PlaybackClock, Playlist
@@ -68,8 +68,8 @@ class Player(Node):
             self._settings.wait_for_subscribers * NS_PER_S
         )
         self._playback: PlaybackClock | None = None  # None while waiting for subscribers
-        self.create_service(Trigger, "~/pause", self._on_pause)
-        self.create_service(Trigger, "~/resume", self._on_resume)
+        offer_trigger(self, "~/pause", self._on_pause)
+        offer_trigger(self, "~/resume", self._on_resume)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
         in_terminal = sys.stderr.isatty()
         period_s = PROGRESS_PERIOD_S if in_terminal else LOGGED_PERIOD_S
@@ -210,22 +210,18 @@ class Player(Node):
 
     # -- services and state ---------------------------------------------------------------------
 
-    def _on_pause(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_pause(self) -> tuple[bool, str]:
         if self._playback is None or self._finished:
-            response.message = "not playing"
-            return response
+            return False, "not playing"
         self._playback.pause(time.monotonic_ns())
-        response.success, response.message = True, f"paused at {self._position_s():.3f} s"
-        return response
+        return True, f"paused at {self._position_s():.3f} s"
 
-    def _on_resume(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_resume(self) -> tuple[bool, str]:
         if self._playback is None or self._finished:
-            response.message = "the end is reached" if self._finished else "not playing yet"
-            return response
+            return False, "the end is reached" if self._finished else "not playing yet"
         self._playback.resume(time.monotonic_ns())
         self._sleep(1)
-        response.success, response.message = True, f"playing from {self._position_s():.3f} s"
-        return response
+        return True, f"playing from {self._position_s():.3f} s"
 
     def _position_s(self) -> float:
         """Time since the start of the bag [s]."""

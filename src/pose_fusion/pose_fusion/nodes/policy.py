@@ -30,12 +30,7 @@ class NodeUse:
 
 
 def policy_xml(nodes: Mapping[tuple[str, str], NodeUse], enclave: str) -> str:
-    """A policy with exactly the rights that these nodes use.
-
-    Args:
-        nodes: Use of topics and services by namespace and name.
-        enclave: Enclave of all nodes.
-    """
+    """A policy with exactly the rights that these nodes, by namespace and name, use."""
     policy = ElementTree.Element("policy", version=VERSION)
     enclaves = ElementTree.SubElement(policy, "enclaves")
     profiles = ElementTree.SubElement(

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from rclpy.duration import Duration
 from rclpy.qos import (
     DurabilityPolicy,
-    HistoryPolicy,
-    LivelinessPolicy,
     QoSProfile,
     ReliabilityPolicy,
 )
@@ -24,16 +22,12 @@ from pose_core.stamps import NS_PER_S
 
 def latched(depth: int) -> QoSProfile:
     """Reliable and transient local."""
-    return QoSProfile(
-        depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL,
-    )
+    return _profile(depth, is_reliable=True, is_latched=True)
 
 
 def sensor_data(depth: int) -> QoSProfile:
     """Best effort, as sensors publish."""
-    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+    return _profile(depth, is_reliable=False, is_latched=False)
 
 
 def to_bag(profile: QoSProfile) -> Qos:
@@ -58,26 +52,27 @@ def from_bag(profiles: Sequence[Qos], least_depth: int) -> QoSProfile:
         profiles: Profiles of the recorded publishers.
         least_depth: Minimum length of the queue [messages].
     """
-    reliable = all(profile.reliability != QosReliability.BEST_EFFORT for profile in profiles)
-    latched = any(profile.durability == QosDurability.TRANSIENT_LOCAL for profile in profiles)
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST,
-        depth=max([least_depth, *(profile.depth for profile in profiles)]),
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    return _profile(
+        max([least_depth, *(profile.depth for profile in profiles)]),
+        is_reliable=all(one.reliability != QosReliability.BEST_EFFORT for one in profiles),
+        is_latched=any(one.durability == QosDurability.TRANSIENT_LOCAL for one in profiles),
     )
 
 
 def for_subscription(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
     """The strictest profile that receives from all publishers, with a queue of ``depth``."""
-    reliable = all(profile.reliability != ReliabilityPolicy.BEST_EFFORT for profile in offered)
-    latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
+    return _profile(
+        depth,
+        is_reliable=all(one.reliability != ReliabilityPolicy.BEST_EFFORT for one in offered),
+        is_latched=all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in offered),
+    )
+
+
+def _profile(depth: int, *, is_reliable: bool, is_latched: bool) -> QoSProfile:
     return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST,
         depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-        liveliness=LivelinessPolicy.AUTOMATIC,
+        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
     )
 
 

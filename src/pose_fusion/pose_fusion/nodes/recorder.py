@@ -12,13 +12,13 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from rclpy.utilities import remove_ros_args
-from std_srvs.srv import Trigger
 
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.inbox import MessageQueue, NotWoken, ignore_message
+from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.continued import ContinuedRecording
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import (
@@ -67,8 +67,8 @@ class Recorder(ManagedNode[RecorderParameters]):
             path = continued_path if self._is_fresh else free_path
             self._begin(path(self._output))
         self._is_fresh = False
-        self.create_service(Trigger, "~/start", self._on_start)
-        self.create_service(Trigger, "~/stop", self._on_stop)
+        offer_trigger(self, "~/start", self._on_start)
+        offer_trigger(self, "~/stop", self._on_stop)
         steady_timer(self, DISCOVERY_PERIOD_S, self._discover)
         steady_timer(self, TAKING_PERIOD_S, self._take)
         steady_timer(self, FLUSH_PERIOD_S, self._flush)
@@ -102,27 +102,23 @@ class Recorder(ManagedNode[RecorderParameters]):
         count, path = recording.message_count, recording.path
         return f"{count} messages in {path}" if count else "no messages, nothing is left"
 
-    def _on_start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_start(self) -> tuple[bool, str]:
         if self._recording is not None:
-            response.message = f"already recording into {self._recording.path}"
-            return response
+            return False, f"already recording into {self._recording.path}"
         path = free_path(self._output)
         try:
             self._begin(path)
         except InputError as error:
-            response.message = str(error)
-            return response
+            return False, str(error)
         self.diagnostics.publish()
-        response.success, response.message = True, f"recording into {path}"
-        return response
+        return True, f"recording into {path}"
 
-    def _on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _on_stop(self) -> tuple[bool, str]:
         if self._recording is None:
-            response.message = "not recording"
-            return response
-        response.success, response.message = True, self._finish()
+            return False, "not recording"
+        summary = self._finish()
         self.diagnostics.publish()
-        return response
+        return True, summary
 
     def _flush(self) -> None:
         if self._recording is not None:

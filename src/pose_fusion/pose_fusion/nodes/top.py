@@ -11,13 +11,13 @@ from rich.console import Console
 from rich.live import Live
 
 from pose_fusion.nodes.listener import GraphListener
-from pose_fusion.watching.listening import add_listen_option
 from pose_fusion.watching.terminal import page
+from pose_node.command_line import number_within
 from pose_node.nodes.running import run_node
 
 PERIOD_S = 0.5  # [s] between pages
 LISTEN_S = 3.0  # [s] before the one page of --once
-SHORTEST_S = 0.5  # [s] required to compute a rate
+SHORTEST_S, LONGEST_S = 0.5, 600.0  # [s] a rate needs some time
 PLAIN_WIDTH = 80  # [columns] without a terminal
 
 
@@ -27,7 +27,6 @@ class TopNode(GraphListener):
     Args:
         console: The output.
         once_after_s: Show one page after this time [s], then end; None: run until Ctrl-C.
-        **options: As for ``rclpy.node.Node``.
     """
 
     def __init__(self, console: Console, once_after_s: float | None, **options: Any) -> None:
@@ -72,8 +71,12 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
         action="store_true",
         help="print one page and end, for scripts; so it does where there is no terminal",
     )
-    add_listen_option(
-        parser, "how long --once listens first", default_s=LISTEN_S, least_s=SHORTEST_S
+    parser.add_argument(
+        "--listen",
+        type=number_within(SHORTEST_S, LONGEST_S, "s"),
+        default=LISTEN_S,
+        metavar="S",
+        help="how long --once listens first [s] (default: %(default)g)",
     )
     return parser.parse_args(words)
 

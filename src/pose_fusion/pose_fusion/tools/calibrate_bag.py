@@ -25,6 +25,7 @@ from pose_fusion.calibration_lines import floor_line
 from pose_fusion.session_extrinsics import checked_sensors
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
+from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
 
@@ -77,7 +78,6 @@ def calibrate_bag(
     parameters: CalibrationParameters,
     *,
     find_clock_offsets: bool = True,
-    console: Console | None = None,
 ) -> SessionCalibration:
     """Calibrate the session that a bag holds.
 
@@ -85,19 +85,13 @@ def calibrate_bag(
         CalibrationError: If it does not determine the calibration.
         InputError: If the bag is damaged.
     """
-    console = console or Console(stderr=True)
-    with progress_bar(console, TimeRemainingColumn()) as progress:
+    with progress_bar(Console(stderr=True), TimeRemainingColumn()) as progress:
         task = progress.add_task("reading", total=1.0)
         frames = BagFrames(bag, lambda share: progress.update(task, completed=share))
         everything = list(frames)
         progress.update(task, description="solving", total=None)
         return calibrate_people(
-            everything,
-            sensors,
-            parameters.person,
-            limits=parameters.limits,
-            mounting=parameters.known_mounting,
-            find_clock_offsets=find_clock_offsets,
+            everything, sensors, parameters, find_clock_offsets=find_clock_offsets
         )
 
 
@@ -157,16 +151,11 @@ def main(given: list[str]) -> None:
     """Run with the arguments of the command line."""
     arguments = make_parser().parse_args(given)
     parameters = from_arguments(CalibrationParameters, arguments)
-    if not arguments.output.parent.is_dir():
-        raise InputError(f"cannot write {arguments.output}: its folder does not exist")
+    check_folder_of(arguments.output)
     with open_bag(arguments.in_bag) as bag:
         sensors = choose_sensors(bag, arguments.sensors)
         session = calibrate_bag(
-            bag,
-            sensors,
-            parameters,
-            find_clock_offsets=arguments.clock_offsets,
-            console=Console(stderr=True),
+            bag, sensors, parameters, find_clock_offsets=arguments.clock_offsets
         )
     save_extrinsics(arguments.output, session.extrinsics, arguments.date)
     console = Console(soft_wrap=True)

@@ -8,6 +8,7 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -30,19 +31,20 @@ from pose_core.parameters import add_arguments, from_arguments
 from pose_core.stamps import nanoseconds
 from pose_fusion.calibration_lines import floor_line
 from pose_io.bags import open_bag
+from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
 ENDS = {"first": 0, "last": -1}
 
 
+@dataclass(frozen=True, kw_only=True)
 class Found:
     """Views of the board from a source of images."""
 
-    def __init__(self) -> None:
-        self.instants: list[dict[str, BoardView]] = []
-        self.names: list[str] = []  # names of the instants
-        self.cameras: dict[str, Camera] = {}  # intrinsics published with the images
-        self.images: dict[str, int] = {}
+    cameras: Sequence[str]  # their names, the reference first
+    instants: Sequence[Mapping[str, BoardView]]
+    names: Sequence[str]  # of the instants
+    intrinsics: Mapping[str, Camera] = field(default_factory=dict)  # published with the images
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -107,20 +109,20 @@ def named(entries: Sequence[str], what: str) -> dict[str, Path]:
 
 def look_into_folders(folders: Mapping[str, Path], board: Board, progress: Progress) -> Found:
     """Find the board in image files."""
-    found, detector = Found(), BoardDetector(board)
+    detector = BoardDetector(board)
     pairs = paired_files(folders)
+    instants = []
     for paths in progress.track(pairs, description="looking for the board"):
         views = {camera: detector.detect(read_grey(path)) for camera, path in paths.items()}
-        found.instants.append({camera: view for camera, view in views.items() if view})
-        found.names.append(next(iter(paths.values())).stem)
-        for camera in paths:
-            found.images[camera] = found.images.get(camera, 0) + 1
-    return found
+        instants.append({camera: view for camera, view in views.items() if view})
+    names = [next(iter(paths.values())).stem for paths in pairs]
+    return Found(cameras=list(folders), instants=instants, names=names)
 
 
 def look_into_bag(path: Path, arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
     """Find the board in a bag's images."""
-    found = Found()
+    intrinsics: dict[str, Camera] = {}
+    with_images: set[str] = set()
     with open_bag(path) as bag:
         prefix, _, suffix = arguments.image_topic.partition("{name}")
         names = arguments.cameras or sorted(
@@ -147,47 +149,44 @@ def look_into_bag(path: Path, arguments: argparse.Namespace, board: Board, bar: 
             )
         collector = BoardCollector(board, names, arguments.max_skew)
         task = bar.add_task("looking for the board", total=1.0)
-        span_ns = max(1, bag.end_ns - bag.start_ns)
         for message in bag.messages(list(chosen)):
-            bar.update(task, completed=(message.stamp_ns - bag.start_ns) / span_ns)
+            bar.update(task, completed=bag.share_before(message.stamp_ns))
             name, is_info = chosen[message.topic]
             content = bag.deserialize(message)
             if is_info:
-                found.cameras[name] = camera_from_info(content)
+                intrinsics[name] = camera_from_info(content)
             else:
-                found.images[name] = found.images.get(name, 0) + 1
+                with_images.add(name)
                 collector.add(name, nanoseconds(content.header.stamp), grey_from_message(content))
-    found.instants = collector.instants
-    found.names = [str(index) for index in range(len(found.instants))]
-    found.cameras = {name: found.cameras[name] for name in names if name in found.cameras}
-    return found
+    return _collected(collector, arguments.cameras or sorted(with_images), intrinsics)
 
 
 def look_live(arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
     """Find the board in the running cameras' images, until there are enough."""
     from pose_fusion.nodes.board_images import collect_live  # ROS only where it is wanted
 
-    found = Found()
     collector = BoardCollector(board, arguments.live, arguments.max_skew)
+    images, infos = (
+        {name: topic.format(name=name) for name in arguments.live}
+        for topic in (arguments.image_topic, arguments.info_topic)
+    )
     task = bar.add_task("", total=1.0)
 
     def show(trouble: str) -> None:
         text = trouble or collector.missing
         if not collector.counters["images"] and not trouble:
-            text = "waiting for " + ", ".join(
-                arguments.image_topic.format(name=name) for name in arguments.live
-            )
+            text = "waiting for " + ", ".join(images.values())
         bar.update(task, completed=collector.progress, description=text)
 
-    found.cameras = collect_live(
-        collector,
-        {name: arguments.image_topic.format(name=name) for name in arguments.live},
-        {name: arguments.info_topic.format(name=name) for name in arguments.live},
-        show,
-    )
-    found.instants = collector.instants
-    found.names = [str(index) for index in range(len(found.instants))]
-    return found
+    return _collected(collector, arguments.live, collect_live(collector, images, infos, show))
+
+
+def _collected(
+    collector: BoardCollector, cameras: Sequence[str], intrinsics: Mapping[str, Camera]
+) -> Found:
+    instants = collector.instants
+    names = [str(index) for index in range(len(instants))]
+    return Found(cameras=cameras, instants=instants, names=names, intrinsics=intrinsics)
 
 
 def result_table(calibration: BoardCalibration, extrinsics: Extrinsics) -> Table:
@@ -223,15 +222,15 @@ def run(arguments: argparse.Namespace) -> None:
         return
     if arguments.output is None:
         raise InputError("no output: name the YAML to write with -o, or the page with --print")
-    if not arguments.output.parent.is_dir():
-        raise InputError(f"cannot write {arguments.output}: its folder does not exist")
+    check_folder_of(arguments.output)
     infos = {name: load_camera(path) for name, path in named(arguments.info, "camera info").items()}
     with progress_bar(Console(stderr=True)) as bar:
-        names, found = _look(arguments, board, bar)
+        found = _look(arguments, board, bar)
+    names = found.cameras
     strange = sorted(set(infos) - set(names))
     if strange:
         raise InputError(f"--info names {', '.join(strange)}, expected some of {', '.join(names)}")
-    cameras = {name: infos.get(name, found.cameras.get(name)) for name in names}
+    cameras = {name: infos.get(name, found.intrinsics.get(name)) for name in names}
     calibration = calibrate_board(board, found.instants, cameras)
     extrinsics = board_extrinsics(
         calibration,
@@ -246,21 +245,18 @@ def run(arguments: argparse.Namespace) -> None:
     print(f"{arguments.output}: {', '.join(extrinsics.sensors)}")
 
 
-def _look(
-    arguments: argparse.Namespace, board: Board, bar: Progress
-) -> tuple[Sequence[str], Found]:
-    """The cameras' names, the reference first, and the views of the board."""
+def _look(arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
+    """Find the board in the source that the arguments name."""
     if arguments.live:
         if len(set(arguments.live)) < 2 or arguments.source:
             raise InputError("--live wants two or more different cameras, and no other source")
-        return arguments.live, look_live(arguments, board, bar)
+        return look_live(arguments, board, bar)
     if len(arguments.source) == 1 and "=" not in arguments.source[0]:
-        found = look_into_bag(Path(arguments.source[0]), arguments, board, bar)
-        return arguments.cameras or sorted(found.images), found
+        return look_into_bag(Path(arguments.source[0]), arguments, board, bar)
     folders = named(arguments.source, "folder of images")
     if len(folders) < 2:
         raise InputError("expected NAME=FOLDER of two or more cameras, a bag, or --live NAME NAME")
-    return list(folders), look_into_folders(folders, board, bar)
+    return look_into_folders(folders, board, bar)
 
 
 def _floor_instant(wanted: str | None, names: Sequence[str]) -> int | None:

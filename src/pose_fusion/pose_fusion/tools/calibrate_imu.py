@@ -18,11 +18,11 @@ from pose_calibration.imus.section import save_alignments
 from pose_calibration.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import Extrinsics
-from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments
 from pose_fusion.session_extrinsics import checked_sensors, recorded_extrinsics
 from pose_io.bag_samples import BagFrames, BagSamples
 from pose_io.bags import BagReader, open_bag
+from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
 UNKNOWN = np.radians(45.0)  # [rad] standard deviation from which on an alignment is unknown
@@ -52,11 +52,6 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--date", default="", help="written into a new file, for information")
     add_arguments(parser.add_argument_group("parameters"), ImuCalibrationParameters)
     return parser
-
-
-def known_extrinsics(path: Path, sensors: tuple[str, ...]) -> Extrinsics | None:
-    """Extrinsics from the session's file; None if there is no such file."""
-    return load_extrinsics_of(path, sensors) if path.exists() else None
 
 
 def bag_extrinsics(bag: BagReader, parameters: ImuCalibrationParameters) -> Extrinsics:
@@ -126,8 +121,9 @@ def _report(result: ImuCalibrationResult, keep_going: bool) -> None:
     """Print the result; raise an error if a sensor has a fault."""
     console = Console(soft_wrap=True)
     console.print(residual_table(result))
-    for finding in (*result.faults, *result.remarks):
-        console.print(f"{'fault' if finding.is_fault else 'note'}: {finding.text}")
+    for kind, findings in (("fault", result.faults), ("note", result.remarks)):
+        for finding in findings:
+            console.print(f"{kind}: {finding.text}")
     if result.faults and not keep_going:
         raise CalibrationError(
             f"nothing saved, {len(result.faults)} at fault: {result.faults[0].text} (--keep-going "
@@ -140,10 +136,11 @@ def _report(result: ImuCalibrationResult, keep_going: bool) -> None:
 def main(arguments: list[str]) -> None:
     """Run with the arguments that follow ``imu``."""
     given = make_parser().parse_args(arguments)
-    if not given.output.parent.is_dir():
-        raise InputError(f"cannot write {given.output}: its folder does not exist")
+    check_folder_of(given.output)
     parameters = from_arguments(ImuCalibrationParameters, given)
-    extrinsics = known_extrinsics(given.output, parameters.sensors)
+    extrinsics = None
+    if given.output.exists():
+        extrinsics = load_extrinsics_of(given.output, parameters.sensors)
     if given.in_bag is not None:
         with open_bag(given.in_bag) as bag:
             checked_sensors(bag, parameters.sensors)

@@ -13,6 +13,7 @@ from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments, specs
 from pose_fusion.calibration_lines import floor_line
+from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
 
@@ -33,8 +34,7 @@ def main(arguments: list[str]) -> None:
     from pose_fusion.nodes.live_calibration import calibrate_live  # ROS only where it is wanted
 
     given = make_parser().parse_args(arguments)
-    if not given.output.parent.is_dir():
-        raise InputError(f"cannot write {given.output}: its folder does not exist")
+    check_folder_of(given.output)
     parameters = from_arguments(LiveCalibrationParameters, given)
     if parameters.file:
         raise InputError("--file is the node's: name the YAML to write with -o")

@@ -14,13 +14,7 @@ LOOK_S = 0.5  # [s] between updates of the progress
 
 
 def prepare_visibly(estimator: str, model: BodyModel, console: Console) -> None:
-    """Load an estimator's kernels; show progress if they are compiled first.
-
-    Args:
-        estimator: Name of the estimator.
-        model: The body model.
-        console: Console for the progress.
-    """
+    """Load an estimator's kernels; show progress if they are compiled first."""
     if _compiled():
         warm_up(estimator, model)
         return

@@ -15,9 +15,10 @@ from pose_core.stamps import NS_PER_S
 from pose_fusion.recording.recording import free_path
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
 from pose_fusion.tools.demo_progress import watch
-from pose_fusion.tools.demo_start import first_lead_s, ready_estimator, started_graph
+from pose_fusion.tools.demo_start import Prepare, first_lead_s, ready_estimator, started_graph
 from pose_node.child_process import executable, run_to_end
 from pose_node.command_line import run_tool
+from pose_node.node_status import NodeStatus
 
 OUT = Path("out")  # under the current directory
 SYNTHETIC_S = 45.0  # [s] default length of a synthetic session
@@ -30,15 +31,12 @@ def main() -> None:
     run_tool(run)
 
 
-def run() -> int:
-    """Run the demo; returns its exit code."""
+def run() -> None:
+    """Run the demo."""
     options = _parser().parse_args()
     console = Console(highlight=False, soft_wrap=True)
-    if options.recording is None:
-        _demo(options, None, console)
-    else:
-        _demo(options, inspect_recording(options.recording), console)
-    return 0
+    recording = None if options.recording is None else inspect_recording(options.recording)
+    _demo(options, recording, console)
 
 
 def inspect_recording(path: Path) -> dict[str, Any]:
@@ -108,11 +106,8 @@ def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) 
         }
         return start_at_ns, arguments
 
-    started = started_graph("demo.launch.yaml", prepare, folder, first_lead_s(), console)
-    with started as (graph, start_at_ns):
-        watch(graph, start_at_ns, duration_s, console)
-        graph.stop()
-    return DemoRun(folder=folder, subject=subject, nodes=graph.nodes)
+    nodes = run_graph("demo.launch.yaml", prepare, folder, duration_s, console)
+    return DemoRun(folder=folder, subject=subject, nodes=nodes)
 
 
 def _subject(options: argparse.Namespace) -> str:
@@ -173,11 +168,20 @@ def _run_recording(
         }
         return start_at_ns, arguments
 
-    started = started_graph("capture.launch.yaml", prepare, folder, first_lead_s(), console)
+    played_s = duration_s / options.rate
+    nodes = run_graph("capture.launch.yaml", prepare, folder, played_s, console)
+    return DemoRun(folder=folder, subject=options.recording.name, nodes=nodes)
+
+
+def run_graph(
+    launch_file: str, prepare: Prepare, folder: Path, duration_s: float, console: Console
+) -> dict[str, NodeStatus]:
+    """Run a graph until its input of that duration [s] has ended; the last report of each node."""
+    started = started_graph(launch_file, prepare, folder, first_lead_s(), console)
     with started as (graph, start_at_ns):
-        watch(graph, start_at_ns, duration_s / options.rate, console)
+        watch(graph, start_at_ns, duration_s, console)
         graph.stop()
-    return DemoRun(folder=folder, subject=options.recording.name, nodes=graph.nodes)
+    return graph.nodes
 
 
 def _shown(options: argparse.Namespace) -> dict[str, str]:

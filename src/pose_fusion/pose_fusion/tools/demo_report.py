@@ -30,7 +30,7 @@ from pose_fusion.tools.demo_processes import DemoRun, GraphError
 from pose_fusion.watching.stages import STAGE, STAGES
 from pose_io.bag_samples import read_body_series, read_extrinsics
 from pose_io.bags import BagReader, open_bag
-from pose_io.names import TRUTH_NAMESPACE
+from pose_io.names import TRUTH_NAMESPACE, skeletons_topic
 from pose_io.robot_motion import COMMAND, ROBOT, TARGET, read_joint_motion
 from pose_io.topics import body_topic
 
@@ -163,7 +163,7 @@ def _stages(run: DemoRun) -> str:
 
 
 def _sensor_text(bag: BagReader, run: DemoRun, name: str) -> str:
-    topic = next(topic for topic in bag.topics if topic.endswith(f"kinect_{name}/skeletons"))
+    topic = next(topic for topic in bag.topics if topic.endswith(skeletons_topic(name)))
     recorded = bag.topics[topic].count
     published = max(
         (

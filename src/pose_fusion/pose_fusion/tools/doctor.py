@@ -13,14 +13,13 @@ from rich.text import Text
 from pose_core.errors import InputError
 from pose_fusion.watching.devices import device_findings, kinects, serial_ports
 from pose_fusion.watching.findings import GRAPH, Finding, Verdict, graph_findings
-from pose_fusion.watching.listening import add_listen_option
 from pose_fusion.watching.machine import machine_findings
 from pose_io.bag_repair import Condition, examine, mcap_file, repair
 from pose_io.bags import open_bag
-from pose_node.command_line import run_tool
+from pose_node.command_line import number_within, run_tool
 from pose_node.plain_console import plain_console, progress_bar
 
-LISTEN_S = 4.0  # [s] diagnostics are published once per second
+LISTEN_S, LONGEST_S = 4.0, 600.0  # [s] diagnostics are published once per second
 MARKS = {
     Verdict.OK: Text("✓", "green"),
     Verdict.NOTE: Text("!", "yellow"),
@@ -104,8 +103,12 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         help="write the intact part of BAG as a new bag; BAG itself is never changed",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")
-    add_listen_option(
-        parser, "how long to listen to the graph; 0: not at all", default_s=LISTEN_S, least_s=0.0
+    parser.add_argument(
+        "--listen",
+        type=number_within(0.0, LONGEST_S, "s"),
+        default=LISTEN_S,
+        metavar="S",
+        help="how long to listen to the graph [s]; 0: not at all (default: %(default)g)",
     )
     return parser.parse_args(arguments)
 

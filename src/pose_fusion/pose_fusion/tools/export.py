@@ -15,7 +15,7 @@ from pose_io.export.exporter import ExportOptions
 from pose_io.export.motion import BodyMotion, read_motion
 from pose_io.export.opensim_coordinates import OPENSIM_MODELS
 from pose_io.export.registry import EXPORTERS
-from pose_node.command_line import run_tool
+from pose_node.command_line import number_within, run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
 from pose_node.plain_console import progress_bar
 
@@ -47,7 +47,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--rate",
-        type=_rate,
+        type=number_within(SLOWEST, FASTEST, "Hz"),
         metavar="HZ",
         help="resample to a constant rate, such as 30, 60 or 100 (default: trc, mot, bvh and c3d: "
         "the bag's, rounded; csv and json: every instant as it is)",
@@ -65,13 +65,6 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     )
     add_many_arguments(parser)
     return parser.parse_args(arguments)
-
-
-def _rate(text: str) -> float:
-    value = float(text)
-    if not SLOWEST <= value <= FASTEST:
-        raise argparse.ArgumentTypeError(f"{text} Hz is outside [{SLOWEST:g}, {FASTEST:g}]")
-    return value
 
 
 def summary(

@@ -38,12 +38,11 @@ from pose_fusion.tools.compiling import prepare_visibly
 from pose_io.bag_samples import BagFrames
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
+from pose_io.names import TF_STATIC
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
 from pose_node.plain_console import progress_bar
-
-TF_STATIC = "/tf_static"
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -81,28 +80,25 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionNode
 class EstimateWriter:
     """Writes everybody's estimates into a bag, under the live topics' names."""
 
-    def __init__(self, writer: BagWriter, parameters: FusionNodeParameters) -> None:
+    def __init__(self, writer: BagWriter, pipeline: PeoplePipeline) -> None:
         self._writer = writer
-        self._parameters = parameters
+        self._pipeline = pipeline
         self._bytes: dict[str, EstimateBytes] = {}
         self._urdf: dict[str, object] = {}  # the measures that were written last, by id
-        self.pipeline: PeoplePipeline | None = None
         writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
 
     def write(self, body_id: str, block: EstimateBlock) -> None:
         """Append all messages of one person's estimates, stamped with their instants."""
-        if self.pipeline is None:
-            raise RuntimeError("the pipeline is to be set first")
-        model, stamp_ns = self.pipeline.subject.model, int(block.stamps_ns[0])
+        model, stamp_ns = self._pipeline.subject.model, int(block.stamps_ns[0])
         if not self._bytes:
-            self._write_places(self.pipeline, stamp_ns)
+            self._write_places(stamp_ns)
         if body_id not in self._bytes:
             self._writer.add_topic(urdf_topic(body_id), "std_msgs/msg/String", latched=True)
             for topic, message_type in body_topics(body_id).items():
                 self._writer.add_topic(topic, type_name(message_type))
             typestore = self._writer.typestore
             self._bytes[body_id] = EstimateBytes(model, body_id, typestore, block[0])
-        shape = self.pipeline.shape_of(body_id)
+        shape = self._pipeline.shape_of(body_id)
         if shape is not None and shape is not self._urdf.get(body_id):
             self._urdf[body_id] = shape
             urdf = make_urdf(model, shape, body_id)
@@ -116,10 +112,10 @@ class EstimateWriter:
                     topic, to_bytes.types[topic], data[index].tobytes(), stamp_ns
                 )
 
-    def _write_places(self, pipeline: PeoplePipeline, stamp_ns: int) -> None:
-        extrinsics = pipeline.extrinsics
+    def _write_places(self, stamp_ns: int) -> None:
+        extrinsics = self._pipeline.extrinsics
         if extrinsics is not None:
-            sensors = self._parameters.sensors
+            sensors = self._pipeline.parameters.sensors
             placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in sensors}
             self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
 
@@ -169,9 +165,10 @@ def fuse(
         BagWriter(out_bag, storage) as writer,
         progress_bar(console, TimeRemainingColumn()) as progress,
     ):
-        output = EstimateWriter(writer, parameters)
-        pipeline = make_pipeline(parameters, extrinsics, output.write, console)
-        output.pipeline = pipeline
+        pipeline = make_pipeline(
+            parameters, extrinsics, lambda body_id, block: output.write(body_id, block), console
+        )
+        output = EstimateWriter(writer, pipeline)
         gc.freeze()  # the garbage collector need not visit the imported modules again and again
         before = first_pass(parameters) if imu_topics(bag) else None
         if before is not None:

@@ -23,11 +23,7 @@ class _Camera:
 
 
 class CameraWatch:
-    """Notes each camera's frames; checks at intervals which of them show the subject.
-
-    Args:
-        sensors: The cameras' names.
-    """
+    """Notes each camera's frames; checks at intervals which of them show the subject."""
 
     def __init__(self, sensors: Collection[str]) -> None:
         self._cameras = {sensor: _Camera() for sensor in sensors}

@@ -25,18 +25,13 @@ GOOD_SHARE, FAIR_SHARE = 0.9, 0.5  # [-]
 
 
 def page(snapshot: GraphSnapshot, clock: str, height: int = 24) -> RenderableType:
-    """The whole page, at most ``height`` lines.
-
-    Args:
-        snapshot: The graph.
-        clock: The time of day, for the title.
-        height: Lines of the terminal.
-    """
+    """The whole page, at most ``height`` lines."""
     topics = _topic_rows(snapshot)
     parts: list[RenderableType] = [_title(snapshot, clock), _topics_table(topics)]
     used = 2 + len(topics)
     seen = sorted(snapshot.tracked, key=lambda name: (name.startswith(BODIES), name))
-    tracked = {name: snapshot.tracked[name] for name in seen if _is_known(snapshot.tracked[name])}
+    shares = {name: snapshot.tracked[name] for name in seen}
+    tracked = {name: share for name, share in shares.items() if np.isfinite(share).any()}
     if tracked:
         parts.append(_tracking_table(tracked))
         used += 1 + len(MIDDLE) + len(PAIRED)
@@ -102,10 +97,6 @@ def _topics_table(rows: Sequence[Row]) -> Table:
     if not rows:
         table.add_row("no messages yet: try ./pose doctor", "", "", "", style="yellow")
     return table
-
-
-def _is_known(share: FloatArray) -> bool:
-    return bool(np.isfinite(share).any())
 
 
 def _tracking_table(tracked: dict[str, FloatArray]) -> Table:

@@ -235,13 +235,19 @@ def read_person(
     clean_joints(xyz, states, places.named, places.joints, positions, tracking_state)
 
 
+class NumberPlaces(NamedTuple):
+    """Offsets of a message's numbers, each aligned to its size, in units of that size."""
+
+    stamps: NDArray[np.int64]  # of stamps, in units of four bytes
+    float64: NDArray[np.int64]  # (k,)
+    float32: NDArray[np.int64]  # (l,)
+    uint8: NDArray[np.int64]  # (m,)
+
+
 @compiled
 def fill_rows(
     template: NDArray[np.uint8],
-    stamp_places: NDArray[np.int64],
-    float64_places: NDArray[np.int64],
-    float32_places: NDArray[np.int64],
-    uint8_places: NDArray[np.int64],
+    places: NumberPlaces,
     stamps_ns: NDArray[np.int64],
     float64: FloatArray,
     float32: NDArray[np.float32],
@@ -251,11 +257,8 @@ def fill_rows(
     """Write n copies of a message with other numbers.
 
     Args:
-        template: Its bytes, padded to a multiple of eight; each number is aligned to its size.
-        stamp_places: Offsets of the stamps, in units of four bytes.
-        float64_places: Offsets of the float64 numbers, (k,), in units of eight bytes.
-        float32_places: Offsets of the float32 numbers, (l,), in units of four bytes.
-        uint8_places: Offsets of the bytes, (m,).
+        template: Its bytes, padded to a multiple of eight.
+        places: Offsets of its numbers.
         stamps_ns: (n,) [ns].
         float64: (n, k); (n, 0) leaves the template's numbers.
         float32: (n, l), or (n, 0).
@@ -268,11 +271,11 @@ def fill_rows(
         doubles, singles = row.view(np.float64), row.view(np.float32)
         integers = row.view(np.uint32)
         for k in range(float64.shape[1]):
-            doubles[float64_places[k]] = float64[index, k]
+            doubles[places.float64[k]] = float64[index, k]
         for k in range(float32.shape[1]):
-            singles[float32_places[k]] = float32[index, k]
+            singles[places.float32[k]] = float32[index, k]
         for k in range(uint8.shape[1]):
-            row[uint8_places[k]] = uint8[index, k]
-        for place in stamp_places:
+            row[places.uint8[k]] = uint8[index, k]
+        for place in places.stamps:
             integers[place] = stamps_ns[index] // NS_PER_S
             integers[place + 1] = stamps_ns[index] % NS_PER_S

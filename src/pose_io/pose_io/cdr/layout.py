@@ -5,7 +5,7 @@ then every number is aligned to its size, counted from there. A string or a sequ
 its length, four bytes.
 """
 
-from struct import Struct, error
+from struct import Struct
 
 import numpy as np
 
@@ -55,7 +55,7 @@ class Walker:
         self.fixed[start : self.at] = True
         try:
             return bytes(self._body[start : self.at]).rstrip(b"\0").decode()
-        except (UnicodeDecodeError, error) as problem:
+        except UnicodeDecodeError as error:
             raise InputError(
-                f"a {self._what} contains a string that is not UTF-8: {problem}"
-            ) from problem
+                f"a {self._what} contains a string that is not UTF-8: {error}"
+            ) from error

@@ -14,7 +14,7 @@ from rosbags.typesys.store import Typestore
 
 from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import type_specialised
-from pose_io.cdr.kernels import HEADER_SIZE, fill_rows
+from pose_io.cdr.kernels import HEADER_SIZE, NumberPlaces, fill_rows
 
 MARGIN = 4  # [bytes] before the encapsulation
 TIME = "builtin_interfaces/msg/Time"
@@ -37,12 +37,7 @@ class MessageTemplate:
     def __init__(self, message: Any, typestore: Typestore) -> None:
         self._typestore = typestore
         self._fill = type_specialised(fill_rows)
-        self._places: dict[str, list[int]] = {
-            "float64": [],
-            "float32": [],
-            "uint8": [],
-            "stamp": [],
-        }
+        self._found: dict[str, list[int]] = {kind: [] for kind in NumberPlaces._fields}  # [bytes]
         end = self._walk_message(message, 0)
         data = typestore.serialize_cdr(message, message.__msgtype__)
         if len(data) != HEADER_SIZE + end:
@@ -53,25 +48,30 @@ class MessageTemplate:
         row = np.zeros(MARGIN + HEADER_SIZE + end + -end % 8, np.uint8)
         row[MARGIN : MARGIN + len(data)] = np.frombuffer(data, np.uint8)
         self._row, self._end = row, MARGIN + len(data)
-        begin = MARGIN + HEADER_SIZE
-        self._float64 = (begin + np.array(self._places["float64"], int)) // 8
-        self._float32 = (begin + np.array(self._places["float32"], int)) // 4
-        self._uint8 = begin + np.array(self._places["uint8"], int)
-        self._seconds = (begin + np.array(self._places["stamp"], int)) // 4
+        sizes = {"stamps": 4, "float64": 8, "float32": 4, "uint8": 1}
+        self._places = NumberPlaces(
+            **{
+                kind: (MARGIN + HEADER_SIZE + np.array(self._found[kind], int)) // size
+                for kind, size in sizes.items()
+            }
+        )
 
     def change_only(self, float64: NDArray[np.bool_], float32: NDArray[np.bool_]) -> None:
         """Select the numbers that :meth:`fill` replaces, masks of shapes (k,) and (l,)."""
-        self._float64, self._float32 = self._float64[float64], self._float32[float32]
+        places = self._places
+        self._places = places._replace(
+            float64=places.float64[float64], float32=places.float32[float32]
+        )
 
     @property
     def float64(self) -> FloatArray:
         """The message's float64 numbers, in the order of its fields."""
-        return np.asarray(self._row.view("<f8")[self._float64])
+        return np.asarray(self._row.view("<f8")[self._places.float64])
 
     @property
     def float32(self) -> NDArray[np.float32]:
         """The message's float32 numbers, in the order of its fields."""
-        return np.asarray(self._row.view("<f4")[self._float32])
+        return np.asarray(self._row.view("<f4")[self._places.float32])
 
     def fill(
         self,
@@ -93,17 +93,15 @@ class MessageTemplate:
         """
         count = len(stamps_ns)
         # The kernel does not check array bounds.
-        given = ((float64, self._float64), (float32, self._float32), (uint8, self._uint8))
+        own = self._places
+        given = ((float64, own.float64), (float32, own.float32), (uint8, own.uint8))
         for numbers, places in given:
             if numbers is not None and numbers.shape != (count, len(places)):
                 raise ValueError(f"found {numbers.shape} numbers: expected {(count, len(places))}")
         rows = np.empty((count, len(self._row)), np.uint8)
         self._fill(
             self._row,
-            self._seconds,
-            self._float64,
-            self._float32,
-            self._uint8,
+            own,
             stamps_ns,
             float64,
             np.empty((count, 0), np.float32) if float32 is None else float32,
@@ -116,7 +114,7 @@ class MessageTemplate:
         """Store the offsets of a message's numbers; returns its end."""
         msgtype = message.__msgtype__
         if msgtype == TIME and (message.sec or message.nanosec):  # zero means no stamp
-            self._places["stamp"].append(at + -at % 4)
+            self._found["stamps"].append(at + -at % 4)
         for name, description in self._typestore.fielddefs[msgtype][1]:
             at = self._walk(getattr(message, name), description, at)
         return at
@@ -139,6 +137,6 @@ class MessageTemplate:
             return at + -at % 4 + 4 + len(value.encode()) + 1
         size = SIZES[name]
         at += -at % size
-        if name in self._places:
-            self._places[name].append(at)
+        if name in self._found:
+            self._found[name].append(at)
         return at + size

@@ -19,13 +19,12 @@ from pose_core.kernels.compiling import type_specialised
 from pose_io.cdr.kernels import (
     HEADER_SIZE,
     PersonPlaces,
-    clean_joints,
     have_form,
     read_person,
 )
 from pose_io.cdr.layout import Walker
+from pose_io.names import SKELETON_ARRAY
 
-WHAT = "pose_msgs/msg/SkeletonArray"
 BEST_STATE = int(max(TrackingState))
 FORMS_KEPT = 16  # bounds the memory: persons leave, and new ids arrive
 FORM_BYTES_KEPT = 4_194_304  # [bytes] of all stored forms
@@ -76,7 +75,8 @@ class SkeletonReader:
         if not HEADER_SIZE < length <= MAX_MESSAGE:
             for index in indices:
                 result[index] = InputError(
-                    f"a {WHAT} has {length} bytes: expected {HEADER_SIZE + 1} to {MAX_MESSAGE}"
+                    f"a {SKELETON_ARRAY} has {length} bytes: expected {HEADER_SIZE + 1} to "
+                    f"{MAX_MESSAGE}"
                 )
             return
         joined = b"".join([datas[i] for i in indices])
@@ -113,7 +113,7 @@ class SkeletonReader:
 
 
 def _form_of(data: bytes) -> _Form:
-    walker = Walker(data, WHAT)
+    walker = Walker(data, SKELETON_ARRAY)
     walker.skip(4, 2)
     walker.string()
     persons = tuple(_person(walker) for _ in range(walker.length()))
@@ -131,21 +131,47 @@ def _person(walker: Walker) -> tuple[str, PersonPlaces]:
     positions_at = walker.skip(8, 3 * positions)
     states = walker.length()
     states_at = walker.skip(1, states)
+    named, joints = mapped_joints(person, names, positions, states)
+    places = PersonPlaces(
+        stamp=HEADER_SIZE + stamp_at,
+        positions=HEADER_SIZE + positions_at,
+        states=HEADER_SIZE + states_at,
+        length=len(names),
+        named=named,
+        joints=joints,
+    )
+    return person, places
+
+
+def mapped_joints(
+    person: str, names: Sequence[str], positions: int, states: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Indices of a skeleton's joints that are mapped, and of each among the 15, both (m,).
+
+    Args:
+        person: The skeleton's id.
+        names: Its joints.
+        positions: Number of its positions.
+        states: Number of its tracking states.
+
+    Raises:
+        InputError: If it has not as many of each.
+    """
     if not len(names) == positions == states:
         raise InputError(
             f"skeleton '{person}' has {len(names)} names, {positions} positions and "
             f"{states} tracking states: expected as many of each"
         )
     ours = {JOINT_INDEX[name]: index for index, name in enumerate(names) if name in JOINT_INDEX}
-    places = PersonPlaces(
-        stamp=HEADER_SIZE + stamp_at,
-        positions=HEADER_SIZE + positions_at,
-        states=HEADER_SIZE + states_at,
-        length=len(names),
-        named=np.array(list(ours.values()), np.int64),
-        joints=np.array(list(ours), np.int64),
+    return np.array(list(ours.values()), np.int64), np.array(list(ours), np.int64)
+
+
+def unknown_state(person: str, state: int) -> InputError:
+    """The error for a tracking state that is none of the three."""
+    return InputError(
+        f"skeleton '{person}' has the tracking state {state}: "
+        "expected 0 (not tracked), 1 (inferred) or 2 (tracked)"
     )
-    return person, places
 
 
 def _persons(form: _Form, rows: NDArray[np.uint8], sensor: str) -> list[Persons | InputError]:
@@ -159,10 +185,7 @@ def _persons(form: _Form, rows: NDArray[np.uint8], sensor: str) -> list[Persons 
             if isinstance(before, InputError):
                 continue
             if highest_state > BEST_STATE:
-                result[index] = InputError(
-                    f"skeleton '{person}' has the tracking state {highest_state}: "
-                    "expected 0 (not tracked), 1 (inferred) or 2 (tracked)"
-                )
+                result[index] = unknown_state(person, highest_state)
                 continue
             before.append(
                 SkeletonSample(
@@ -196,26 +219,3 @@ def read_joints(
     state = np.empty((count, len(JOINTS)), np.uint8)
     _read_person(rows, places, is_little, stamps_ns, positions, state, highest)
     return stamps_ns, positions, state, highest
-
-
-def our_joints(
-    xyz: FloatArray,
-    states: NDArray[np.uint8],
-    named: NDArray[np.int64],
-    joints: NDArray[np.int64],
-) -> tuple[FloatArray, NDArray[np.uint8]]:
-    """Map a sensor's joints to the 15 joints; invalid positions become NaN and NOT_TRACKED.
-
-    Args:
-        xyz: Positions, shape (n, k, 3) [m].
-        states: Values of :class:`TrackingState`, shape (n, k).
-        named: Indices of the sensor's joints that are mapped, shape (m,).
-        joints: Index of each among the 15 joints, shape (m,).
-
-    Returns:
-        Positions, shape (n, 15, 3) [m], and states, shape (n, 15).
-    """
-    positions = np.empty((len(xyz), len(JOINTS), 3))
-    state = np.empty((len(xyz), len(JOINTS)), np.uint8)
-    clean_joints(xyz, states, named, joints, positions, state)
-    return positions, state

@@ -144,7 +144,6 @@ def read_motion(
         )
     estimates: dict[int, Any] = {}
     skeletons: dict[int, SkeletonSample] = {}
-    span_ns = max(1, bag.end_ns - bag.start_ns)
     for index, message in enumerate(bag.messages([topic for topic in topics.values() if topic])):
         content = bag.deserialize(message)
         if message.topic == topics["estimate"]:
@@ -153,7 +152,7 @@ def read_motion(
             sample = skeleton_sample(content, "")
             skeletons.setdefault(sample.stamp_ns, sample)
         if progress is not None and index % 64 == 0:
-            progress((message.stamp_ns - bag.start_ns) / span_ns)
+            progress(bag.share_before(message.stamp_ns))
     return _assemble(bag, body, estimates, skeletons, model)
 
 

@@ -13,11 +13,10 @@ from typing import Any
 from pose_core.stamps import NS_PER_S
 from pose_io.bag_writer import BagWriter
 from pose_io.message_maker import MessageMaker
-from pose_io.names import sensor_frame
+from pose_io.names import SKELETON_ARRAY, sensor_frame, skeletons_topic
 from pose_io.recordings.recording import Recording, SensorStream
 from pose_io.recordings.stream_frames import frames_of_stream
 
-ARRAY = "pose_msgs/msg/SkeletonArray"
 USUAL_NAMES = ("left", "right")
 NAME = re.compile(r"[A-Za-z0-9]\w*", re.ASCII)  # names that a topic may contain
 EARLIEST_NS = 10**9 * NS_PER_S  # [ns] before this, a host's clock is no UNIX time
@@ -36,7 +35,7 @@ def write_recording_bag(recording: Recording, path: Path) -> None:
         names = sensor_names([stream.name for stream in recording.streams])
         streams = []
         for stream, name in zip(recording.streams, names, strict=True):
-            bag.add_topic(f"/kinect_{name}/skeletons", ARRAY, reliable=False, depth=5)
+            bag.add_topic(f"/{skeletons_topic(name)}", SKELETON_ARRAY, reliable=False, depth=5)
             streams.append(_messages(stream, name, shift_ns, MessageMaker(bag.typestore)))
         for stamp_ns, topic, message in merge(*streams, key=lambda entry: entry[0]):
             bag.write(topic, message, stamp_ns)
@@ -56,7 +55,7 @@ def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
 
 def _messages(stream: SensorStream, name: str, shift_ns: int, make: MessageMaker) -> Any:
     """Stamp [ns], topic and message of each frame, in order of time."""
-    topic, frame_id = f"/kinect_{name}/skeletons", sensor_frame(name)
+    topic, frame_id = f"/{skeletons_topic(name)}", sensor_frame(name)
     for _, time_ns, persons in frames_of_stream(stream):
         header = make.header(time_ns + shift_ns, frame_id)
         skeletons = [

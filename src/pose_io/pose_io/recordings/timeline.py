@@ -57,12 +57,14 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> Timeline:
         fit = fit_clock(stream.sensor_time_ns, stream.host_time_ns)
         order = _without_repeated(fit.epoch, stream.sensor_time_ns)
         counts.add("frames_repeated", len(stream) - len(order))
+        is_late = _is_late(order, fit.epoch, stream.sensor_time_ns)
         if clock == SENSOR:
             time_ns = fit.capture_ns
-            order = _sorted_in_epochs(order, fit.epoch, stream.sensor_time_ns, counts)
+            counts.add("frames_reordered", int(is_late.sum()))
+            order = _sorted_in_epochs(order, fit.epoch, stream.sensor_time_ns)
         else:
-            order = _without_late(order, fit.epoch, stream.sensor_time_ns, counts)
-            fit = None
+            counts.add("frames_out_of_order", int(is_late.sum()))
+            order, fit = order[~is_late], None
     kept = order[_longest_increasing(time_ns[order])]
     dropped = np.setdiff1d(order, kept)
     repeated = int(np.isin(time_ns[dropped], time_ns[kept]).sum())
@@ -87,19 +89,8 @@ def _is_late(order: IndexArray, epoch: IndexArray, sensor_ns: StampArray) -> NDA
     return late
 
 
-def _without_late(
-    order: IndexArray, epoch: IndexArray, sensor_ns: StampArray, counts: Counters
-) -> IndexArray:
-    late = _is_late(order, epoch, sensor_ns)
-    counts.add("frames_out_of_order", int(late.sum()))
-    return order[~late]
-
-
-def _sorted_in_epochs(
-    order: IndexArray, epoch: IndexArray, sensor_ns: StampArray, counts: Counters
-) -> IndexArray:
+def _sorted_in_epochs(order: IndexArray, epoch: IndexArray, sensor_ns: StampArray) -> IndexArray:
     """Sort each epoch's frames by the sensor's clock, within the epoch's positions."""
-    counts.add("frames_reordered", int(_is_late(order, epoch, sensor_ns).sum()))
     result = order.copy()
     for number in np.unique(epoch):
         places = np.flatnonzero(epoch[order] == number)

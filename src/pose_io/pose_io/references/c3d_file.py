@@ -8,7 +8,7 @@ import numpy as np
 
 from pose_core.errors import InputError, one_line
 from pose_io.c3d_library import c3d_library
-from pose_io.references.markers import METRES, MarkerSeries, plain
+from pose_io.references.markers import MarkerSeries, metres_of, plain
 
 
 def read_c3d(path: Path) -> MarkerSeries:
@@ -34,11 +34,9 @@ def read_c3d(path: Path) -> MarkerSeries:
         raise InputError(
             f"{path} holds {len(labels)} points and {len(frames)} frames at {rate:g} Hz"
         )
-    if unit not in METRES:
-        raise InputError(f"{path}: the unit '{unit}' is unknown: expected {', '.join(METRES)}")
     points = np.stack(frames).astype(float)[:, : len(labels)]
     invalid = (points[..., 3] < 0.0) | ~points[..., :3].any(axis=2)
-    positions = np.where(invalid[..., None], np.nan, METRES[unit] * points[..., :3])
+    positions = np.where(invalid[..., None], np.nan, metres_of(unit, path) * points[..., :3])
     return MarkerSeries(
         stamps_ns=np.round(1e9 * np.arange(len(frames)) / rate).astype(np.int64),
         positions={label: positions[:, index] for index, label in enumerate(labels)},

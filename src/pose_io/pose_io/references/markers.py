@@ -41,6 +41,17 @@ class MarkerSeries:
     positions: Mapping[str, FloatArray]  # (n, 3) [m] by plain label; NaN where not seen
 
 
+def metres_of(unit: str, source: object) -> float:
+    """A file's unit of length [m].
+
+    Raises:
+        InputError: If it is unknown.
+    """
+    if unit not in METRES:
+        raise InputError(f"{source}: the unit '{unit}' is unknown: expected {', '.join(METRES)}")
+    return METRES[unit]
+
+
 def plain(label: str) -> str:
     """Normalise a label: without the subject's prefix, lower-case letters and digits only."""
     return re.sub(r"[^a-z0-9]", "", label.rpartition(":")[2].lower())

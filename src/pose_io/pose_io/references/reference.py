@@ -1,9 +1,13 @@
 """Reference measurements that a recording is compared with."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from pose_core.api import AngleSeries, IntArray, SkeletonSeries, angle_series
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 
 
@@ -68,3 +72,8 @@ def numbers_of(path: Path, line: int, cells: list[str]) -> list[float]:
         return [float(cell) if cell.strip() else float("nan") for cell in cells]
     except ValueError as error:
         raise InputError(f"{path}, line {line}: {error}: expected a number") from error
+
+
+def padded_table(rows: Sequence[Sequence[float]], width: int) -> FloatArray:
+    """Rows cut or filled with NaN to a width: hidden markers at their end are often left out."""
+    return np.array([[*row[:width], *[np.nan] * (width - len(row))] for row in rows])

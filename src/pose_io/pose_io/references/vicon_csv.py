@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from pose_core.errors import InputError
-from pose_io.references.markers import METRES, MarkerSeries, plain
-from pose_io.references.reference import numbers_of, text_of
+from pose_io.references.markers import MarkerSeries, metres_of, plain
+from pose_io.references.reference import numbers_of, padded_table, text_of
 
 SECTION = "trajectories"
 MAX_FRAME = 2**40  # [-] years of frames
@@ -60,20 +60,14 @@ def _series(
     columns = {label: k for label, k in columns.items() if axes[k : k + 3] == ["x", "y", "z"]}
     if not columns or not body:
         raise InputError(f"{path} holds {len(columns)} labels and {len(body)} frames")
-    strange = {units[index] for index in columns.values()} - set(METRES)
-    if strange:
-        raise InputError(
-            f"{path}: the unit '{min(strange)}' is unknown: expected {', '.join(METRES)}"
-        )
-    width = max(columns.values()) + 3
-    table = np.array([(row + [np.nan] * width)[:width] for row in body])
+    table = padded_table(body, max(columns.values()) + 3)
     if not (np.abs(table[:, 0]) < MAX_FRAME).all():  # nor a NaN
         raise InputError(f"{path}: a frame number is invalid: expected increasing integers")
     frames = table[:, 0] - table[0, 0]
     return MarkerSeries(
         stamps_ns=np.round(1e9 * frames / rate).astype(np.int64),
         positions={
-            label: METRES[units[index]] * table[:, index : index + 3]
+            label: metres_of(units[index], path) * table[:, index : index + 3]
             for label, index in columns.items()
         },
     )

@@ -26,9 +26,6 @@ REFUSED_PERIODS = 10  # [-] after a refused transition, before it is requested a
 class BringUp(Node):
     """Checks the nodes one by one and advances the first one that is not active.
 
-    Args:
-        **options: As for ``rclpy.node.Node``.
-
     Raises:
         ParameterError: If no nodes are named.
     """

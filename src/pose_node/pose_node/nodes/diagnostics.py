@@ -1,41 +1,23 @@
 """A node's state in ``/diagnostics``, once a second."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
-from pose_node.level import Level
+from pose_node.node_status import Report
 from pose_node.nodes.steady_timer import steady_timer
 
 PERIOD_S = 1.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Report:
-    """State of a node: a level, a sentence, and values such as counters."""
-
-    level: Level
-    message: str
-    values: Mapping[str, object] = field(default_factory=dict)
-
-
 class DiagnosticsPublisher:
-    """Publishes what ``report`` returns, under the node's fully qualified name.
-
-    Args:
-        node: The node that reports.
-        report: Called once a second.
-
-    Attributes:
-        hardware_id: The device, if there is one.
-    """
+    """Publishes what ``report`` returns, under the node's fully qualified name."""
 
     def __init__(self, node: Node, report: Callable[[], Report]) -> None:
         self._node = node
         self._report = report
-        self.hardware_id = ""
+        self.hardware_id = ""  # the device, if there is one
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._timer = steady_timer(node, PERIOD_S, self.publish)
 

@@ -9,15 +9,13 @@ from typing import TypeVar
 import rclpy
 from rclpy.exceptions import InvalidHandle, NotInitializedException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from pose_core.errors import PoseError
 from pose_node.entry import Interrupt, leave
 from pose_node.nodes.executor import QuickExecutor
-from pose_node.nodes.help import answer_arguments
+from pose_node.nodes.help import RCLError, answer_arguments
 
-RCLError = rclpy_implementation.RCLError
 N = TypeVar("N", bound=Node)
 
 

@@ -20,11 +20,7 @@ JOINT_COLUMNS = tuple(f"{joint} ({value})" for joint in AZURE_KINECT.joints for 
 
 
 def read(path: Path) -> Recording:
-    """Read a file.
-
-    Raises:
-        InputError: If it is missing or not of this format.
-    """
+    """Read a file, see :class:`Format`."""
     table = read_table(path, delimiter=";")
     table.refuse_unknown([*USED, *JOINT_COLUMNS])
     time, body = table.columns(USED)

@@ -56,11 +56,7 @@ class Document(msgspec.Struct):
 
 
 def read(path: Path) -> Recording:
-    """Read a file, or a folder of one file a frame.
-
-    Raises:
-        InputError: If it is missing or not of this format.
-    """
+    """Read a file, or a folder of one file a frame, see :class:`Format`."""
     rows = _read_folder(path) if path.is_dir() else _read_file(path)
     return rows.recording(path, NAME, AZURE_KINECT)
 

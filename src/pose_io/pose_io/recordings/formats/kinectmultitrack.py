@@ -6,6 +6,7 @@ Joints are in camera space; -9999 is missing. There is no tracking state: joints
 count as tracked. Later files name the same columns ``…_Id`` instead of ``…#``.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -39,25 +40,15 @@ JOINT_COLUMNS = tuple(f"{joint}_{axis}" for joint in KINECT_V2.joints for axis i
 
 
 def read(path: Path) -> Recording:
-    """Read a file.
-
-    Raises:
-        InputError: If it is missing or not of this format.
-    """
-    table = _with_one_naming(read_table(path))
+    """Read a file, see :class:`Format`."""
+    table = read_table(path)
+    table = replace(table, header=tuple(RENAMED.get(name, name) for name in table.header))
     table.refuse_unknown([*USED, *UNUSED, *JOINT_COLUMNS])
     used = table.columns(USED)
     joints = table.columns(JOINT_COLUMNS)
-    rows_of: dict[str, list[int]] = {}
-    for row, cells in enumerate(table.rows):
-        rows_of.setdefault(cells[used[2]].strip(), []).append(row)
-    streams = [_stream(table, name, rows, used, joints) for name, rows in rows_of.items()]
+    by_sensor = table.rows_by(used[2])
+    streams = [_stream(table, name, rows, used, joints) for name, rows in by_sensor.items()]
     return make_recording(str(path), "kinectmultitrack", streams)
-
-
-def _with_one_naming(table: Table) -> Table:
-    header = tuple(RENAMED.get(name, name) for name in table.header)
-    return Table(**{**vars(table), "header": header})
 
 
 def _stream(

@@ -67,11 +67,7 @@ class _Lines:
 
 
 def read(path: Path) -> Recording:
-    """Read a file.
-
-    Raises:
-        InputError: If it is missing or not of this format.
-    """
+    """Read a file, see :class:`Format`."""
     lines = _Lines(path, read_content(path).decode(errors="replace"))
     rows = SdkRows()
     joint_count = len(KINECT_V2.joints)

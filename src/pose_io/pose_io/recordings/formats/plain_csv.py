@@ -29,22 +29,15 @@ STATES = tuple(float(state) for state in TrackingState)
 
 
 def read(path: Path) -> Recording:
-    """Read a file.
-
-    Raises:
-        InputError: If it is missing or not of this format.
-    """
+    """Read a file, see :class:`Format`."""
     table = read_table(path)
     table.refuse_unknown(COLUMNS)
     table.columns([name for name in COLUMNS if name != "sensor_time_s"])
-    sensor_column = table.header.index("sensor")
-    rows_of: dict[str, list[int]] = {}
-    for row, cells in enumerate(table.rows):
-        rows_of.setdefault(cells[sensor_column].strip(), []).append(row)
+    by_sensor = table.rows_by(table.header.index("sensor"))
     return make_recording(
         str(path),
         "csv",
-        [_stream(table, name, rows) for name, rows in rows_of.items()],
+        [_stream(table, name, rows) for name, rows in by_sensor.items()],
         time_zero_ns=_time_zero_ns(table),
         comments=[text for text in table.comments if not text.startswith(TIME_ZERO)],
     )

@@ -57,6 +57,13 @@ class Table:
         if twice:
             raise InputError(f"{where}: {_listed(twice)} occurs twice: keep one")
 
+    def rows_by(self, column: int) -> dict[str, list[int]]:
+        """The rows that have the same text in a column, by that text in order of appearance."""
+        rows: dict[str, list[int]] = {}
+        for row, cells in enumerate(self.rows):
+            rows.setdefault(cells[column].strip(), []).append(row)
+        return rows
+
     def numbers(self, row: int, columns: Sequence[int]) -> list[float]:
         """The numbers in a row's columns; an empty cell is NaN.
 

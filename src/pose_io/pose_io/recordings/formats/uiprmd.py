@@ -81,11 +81,7 @@ JOINT_MAP = JointMap(
 
 
 def read(path: Path) -> Recording:
-    """Read a file of positions and the angles that belong to it.
-
-    Raises:
-        InputError: If one of them is missing or not of this format.
-    """
+    """Read a file of positions and the angles that belong to it, see :class:`Format`."""
     offsets = _read_triples(path)
     angles = _read_triples(angles_path(path))
     if len(offsets) != len(angles):

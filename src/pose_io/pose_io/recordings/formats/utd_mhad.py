@@ -28,11 +28,7 @@ JOINT_MAP = shipped_joint_map("utd_mhad")
 
 
 def read(path: Path) -> Recording:
-    """Read a file.
-
-    Raises:
-        InputError: If it is missing or not of this format.
-    """
+    """Read a file, see :class:`Format`."""
     # Imported here: scipy.io takes half a second to load, and only these recordings need it.
     from scipy.io import loadmat
 

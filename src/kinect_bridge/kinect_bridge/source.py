@@ -1,11 +1,24 @@
-"""Interface of the sources of skeletons."""
+"""Interface of the sources of skeletons, and the table of them."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-from pose_io.recordings.joint_maps import FloatArray, StateArray
-from pose_node.level import Level
+from pose_core.arrays import FloatArray
+from pose_io.recordings.joint_maps import StateArray
+from pose_node.node_status import Report
+
+SOURCES = {
+    "file": "recording.RecordingSource",
+    "markers": "markers.MarkersSource",
+    "zed": "zed.ZedSource",
+    "hiros": "hiros.HirosSource",
+    "named_poses": "named_poses.NamedPosesSource",
+    "tf": "tf.TfSource",
+    "udp": "udp.UdpSource",
+    "nite2": "nite2.Nite2Source",
+}
+"""Module in ``sources`` and class of each source; only the selected one is imported."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,15 +29,6 @@ class SkeletonFrame:
     person: tuple[str, ...]  # p ids
     positions: FloatArray  # (p, 15, 3) [m] in the sensor's optical frame; NaN where not tracked
     tracking_state: StateArray  # (p, 15), values of TrackingState
-
-
-@dataclass(frozen=True, kw_only=True)
-class SourceReport:
-    """State of a source: level, message, and counters by reason."""
-
-    level: Level
-    message: str
-    values: Mapping[str, object] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +44,9 @@ class Topic:
 class SkeletonSource(Protocol):
     """A source of skeletons for the node.
 
-    All methods are called from the node's thread; other threads signal new frames by ``wake``.
+    It is made from the node's parameters, and raises a PoseError if one of them is invalid, a
+    library is missing or a port in use. All methods are called from the node's thread; other
+    threads signal new frames by ``wake``.
 
     Attributes:
         hardware_id: The device or file, for ``/diagnostics``.
@@ -71,7 +77,7 @@ class SkeletonSource(Protocol):
     def wait_ns(self) -> int | None:
         """Time until the next call of :meth:`take` [ns]; None: not before ``wake``."""
 
-    def report(self) -> SourceReport:
+    def report(self) -> Report:
         """The state, called once per second."""
 
     def close(self) -> None:

@@ -1,0 +1,162 @@
+"""Collection of samples until they determine a calibration: solutions, and what they still lack."""
+
+from dataclasses import replace
+
+from pose_calibration.body_measures import measure_body
+from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
+from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_calibration.floor.gravity import AccelerometerGravity
+from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
+from pose_calibration.inertial.imu_motion import ImuMemory
+from pose_calibration.live.guidance import what_is_missing
+from pose_calibration.live.sample_memory import SampleMemory
+from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.api import (
+    IMUS,
+    Clocks,
+    Extrinsics,
+    SkeletonSample,
+    TimeAligner,
+    moved_most_ns,
+    on_reference_clock,
+)
+from pose_core.counters import Counters
+
+COUNTERS = ("solutions", "refused_solutions")
+ATTEMPT_EVERY_S = 1.0  # [s] of common view
+NEXT_AFTER = 2.0  # [-] ratio of the common view between successive solutions
+NEXT_WITHIN_S = 8.0  # [s] largest common view between successive solutions
+SAME_OFFSET_NS = 2_000_000  # [ns] smaller changes are ignored
+
+
+class Collection:
+    """One person's samples from one start of the calibration on, and its solutions.
+
+    Args:
+        parameters: See :class:`LiveCalibrationParameters`.
+        accelerometer: Measurements of the reference's accelerometer.
+        imu_memory: Orientations of body-worn IMUs.
+        counters: Counts the solutions; :data:`COUNTERS` are declared.
+    """
+
+    def __init__(
+        self,
+        parameters: LiveCalibrationParameters,
+        accelerometer: AccelerometerGravity,
+        imu_memory: ImuMemory,
+        counters: Counters,
+    ) -> None:
+        self.clock_offsets: dict[str, ClockOffset] = {}  # of the last attempt, by sensor
+        self.imus: ImuFindings | None = None  # of the last solution
+        self.advice = ""  # what the last solution lacks, an instruction to the person
+        self.progress = 0.0  # of the last solution, 0 to 1
+        self.is_complete = False  # whether the last solution is final
+        self._parameters = parameters
+        self._accelerometer, self._imu_memory = accelerometer, imu_memory
+        self._counters = counters
+        self._memory = SampleMemory()
+        self._attempt_at_s = parameters.minimum_duration
+        self._refusal = ""
+        self.use_clocks({})
+
+    def use_clocks(self, clocks: Clocks) -> None:
+        """Align by these clocks from now on, and realign the stored samples."""
+        parameters = self._parameters
+        self._clocks = clocks
+        self.aligner = TimeAligner(
+            parameters.sensors,
+            max_skew_s=parameters.max_skew,
+            max_gap_s=parameters.max_gap,
+            max_wait_s=parameters.max_wait,
+        )
+        self.calibrator = ExtrinsicsCalibrator(parameters.sensors, parameters)
+        for frame in self._memory.aligned(self.aligner, clocks):
+            self.calibrator.add(frame)
+
+    @property
+    def waits_for(self) -> str:
+        """What the first solution waits for, as an instruction to the person."""
+        if self._refusal:
+            return self._refusal
+        silent = [name for name in self._parameters.sensors if not self.aligner.has_heard(name)]
+        if silent:
+            return f"no skeletons from {', '.join(silent)} yet"
+        return (
+            f"{self.calibrator.observed_s:.1f} s of common view, expected "
+            f"{self._parameters.minimum_duration:.1f} s or more"
+        )
+
+    def add(self, sample: SkeletonSample) -> Extrinsics | None:
+        """Add a sample of the person; returns the calibration if it is solved anew."""
+        self._memory.add(sample)
+        for frame in self.aligner.add(on_reference_clock(sample, self._clocks)):
+            self.calibrator.add(frame)
+        observed_s = self.calibrator.observed_s
+        if observed_s < self._attempt_at_s:
+            return None
+        self._attempt_at_s = observed_s + ATTEMPT_EVERY_S
+        try:
+            found = self._solve()
+            if self._find_clocks():
+                found = self._solve()
+        except CalibrationError as error:
+            self._counters.add("refused_solutions")
+            self._refusal = str(error)
+            return None
+        self._counters.add("solutions")
+        self._refusal = ""
+        clocks = {name: self._clocks[name] for name in found.sensors if name in self._clocks}
+        return self._conclude(self._with_imus(replace(found, clocks=clocks)), observed_s)
+
+    def _solve(self) -> Extrinsics:
+        return self.calibrator.solve(allow_missing=True, gravity=self._accelerometer.gravity())
+
+    def _find_clocks(self) -> bool:
+        """Estimate the clocks' offsets; returns whether the alignment in time has changed."""
+        self.clock_offsets, clocks = estimate_clock_offsets(
+            self._memory.by_sensor(), self._parameters.sensors, self._parameters.max_offset
+        )
+        changed = moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS
+        if changed:
+            self.use_clocks(clocks)
+        return changed
+
+    def _with_imus(self, extrinsics: Extrinsics) -> Extrinsics:
+        """Add the results of body-worn IMUs to the calibration, if there are any."""
+        if not self._imu_memory.segments:
+            return extrinsics
+        by_sensor = self._memory.by_sensor()
+        skeletons = {name: by_sensor[name] for name in extrinsics.sensors if name in by_sensor}
+        limit_s = self._parameters.max_offset
+        self.imus = imu_findings(extrinsics, skeletons, self._imu_memory, limit_s)
+        clocks = dict(extrinsics.clocks)
+        if self.imus.clock is not None:
+            clocks[IMUS] = self.imus.clock
+        if self.imus.gravity is not None and self._accelerometer.gravity() is None:
+            extrinsics = self.calibrator.leveled(extrinsics, self.imus.gravity)
+        self._clocks = clocks
+        return replace(extrinsics, clocks=clocks)
+
+    def _conclude(self, extrinsics: Extrinsics, observed_s: float) -> Extrinsics:
+        """Decide whether that was the last solution, which then has the body measures too."""
+        parameters = self._parameters
+        self.advice, self.progress = what_is_missing(
+            extrinsics,
+            self.calibrator.memory.frames(),
+            parameters.sensors,
+            parameters.enough_rotation_stddev,
+            parameters.enough_position_stddev,
+        )
+        has_all = set(extrinsics.sensors) == set(parameters.sensors)
+        is_enough = not self.advice or observed_s >= parameters.collect_duration
+        self.is_complete = has_all and is_enough
+        if self.is_complete:
+            by_sensor = self._memory.by_sensor()
+            samples = [one for name in extrinsics.sensors for one in by_sensor.get(name, [])]
+            self._memory.clear()
+            return replace(extrinsics, body=measure_body(samples))
+        later_s = max(parameters.collect_duration, observed_s + ATTEMPT_EVERY_S)
+        next_s = min(NEXT_AFTER * observed_s, observed_s + NEXT_WITHIN_S)
+        self._attempt_at_s = min(next_s, later_s)
+        return extrinsics
