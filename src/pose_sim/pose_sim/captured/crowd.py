@@ -114,8 +114,9 @@ def _paths(people: int, count: int, rng: np.random.Generator) -> FloatArray:
 
 def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
     """The motion moved along a path, (m, 2) [m], facing its direction."""
-    reps = -(-len(path) // len(clip))
-    positions = np.concatenate([clip.positions, clip.positions[::-1]] * reps)[: len(path)] * scale
+    rows = np.arange(len(clip))
+    rows = np.resize(np.concatenate([rows, rows[::-1]]), len(path))  # repeated to and fro
+    positions = clip.positions[rows] * scale
     step = np.gradient(path, axis=0)
     yaw = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
     yaw = gaussian_filter1d(yaw, 0.2 * RATE) - np.unwrap(heading(positions))
@@ -123,10 +124,7 @@ def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
     turn = Rotation.from_euler("z", yaw[:, None])
     here = np.column_stack([path, np.zeros(len(path))])
     moved = [turn.apply(positions[:, j] - root) + here for j in range(positions.shape[1])]
-    rotations = {}
-    for name, each in clip.rotations.items():
-        order = np.concatenate([np.arange(len(each)), np.arange(len(each))[::-1]])
-        rotations[name] = turn * each[np.tile(order, reps)[: len(path)]]
+    rotations = {name: turn * each[rows] for name, each in clip.rotations.items()}
     return Clip(name=clip.name, positions=np.stack(moved, axis=1), rotations=rotations)
 
 
@@ -234,11 +232,9 @@ class _Ids:
         if share < KEEPS_ID and self._former[i] and self._former[i] not in self._names:
             self._names[i] = self._former[i]
         elif share > KEEPS_ID + NEW_ID and other >= 0 and self._names[other] and self._former[i]:
-            taken = self._former[i] not in self._names
-            self._names[i], self._names[other] = (
-                self._names[other],
-                (self._former[i] if taken else self._new()),
-            )
+            is_free = self._former[i] not in self._names
+            swapped = self._former[i] if is_free else self._new()
+            self._names[i], self._names[other] = self._names[other], swapped
         else:
             self._names[i] = self._new()
 
