@@ -80,7 +80,6 @@ class Recorded:
         self._raw: dict[str, Stamped[tuple[RawSkeleton, ...]]] = {}
         self._dof: dict[tuple[str, int], DofSnapshot] = {}
         self._rotations: dict[tuple[str, int], dict[str, FloatArray]] = {}
-        self._skeletons: list[tuple[str, Any]] = []
         self.imus: tuple[str, ...] = ()
         self._read(bag, progress or (lambda _: None))
         if not self.bodies and not self._raw:
@@ -130,6 +129,7 @@ class Recorded:
         sensors = {topic: name for name, topic in sensor_topics(bag).items()}
         bodies = {topic: m for topic in bag.topics if (m := BODY_TOPIC.match(topic))}
         wanted = [*sensors, *bodies, "/tf"]
+        skeletons: list[tuple[str, Any]] = []
         span_ns = max(1, bag.end_ns - bag.start_ns)
         for index, message in enumerate(bag.messages(wanted)):
             if index % 64 == 0:
@@ -137,17 +137,21 @@ class Recorded:
             content = bag.deserialize(message)
             if message.topic in sensors:
                 self._add_raw(sensors[message.topic], content)
-            elif message.topic in bodies:
-                self._add_of_body(bodies[message.topic], content)
-            elif (found := link_rotations(content)) is not None:
-                self._rotations[found[:2]] = found[2]
-        for body, skeleton in self._skeletons:
-            self._add_body_at(body, skeleton)
-        self._skeletons.clear()
-        for shown in self.bodies.values():
-            shown.sort()
-        for seen in self._raw.values():
-            seen.sort()
+            elif message.topic not in bodies:
+                if (found := link_rotations(content)) is not None:
+                    self._rotations[found[:2]] = found[2]
+            elif bodies[message.topic]["leaf"] == "skeleton":
+                skeletons.append((bodies[message.topic]["body"], content))
+            else:
+                key = bodies[message.topic]["body"], nanoseconds(content.header.stamp)
+                self._dof[key] = dof_snapshot(content)
+        # After all estimates and links, which belong to the skeletons of the same instants.
+        for body, skeleton in skeletons:
+            key = body, nanoseconds(skeleton.header.stamp)
+            shown = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
+            self.bodies.setdefault(body, Stamped()).add(shown.stamp_ns, shown)
+        for each in (*self.bodies.values(), *self._raw.values()):
+            each.sort()
         progress(1.0)
 
     def _add_raw(self, sensor: str, content: Any) -> None:
@@ -158,16 +162,3 @@ class Recorded:
         if seen:
             raw = tuple(raw_skeleton(sample) for sample in seen)
             self._raw.setdefault(sensor, Stamped()).add(seen[0].stamp_ns, raw)
-
-    def _add_of_body(self, match: Any, content: Any) -> None:
-        body = match["body"]
-        if match["leaf"] == "skeleton":
-            self._skeletons.append((body, content))
-            return
-        self._dof[body, nanoseconds(content.header.stamp)] = dof_snapshot(content)
-
-    def _add_body_at(self, body: str, skeleton: Any) -> None:
-        """Add one skeleton, with the estimate and the links of the same instant."""
-        key = (body, nanoseconds(skeleton.header.stamp))
-        shown = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
-        self.bodies.setdefault(body, Stamped()).add(shown.stamp_ns, shown)

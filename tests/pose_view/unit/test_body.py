@@ -12,9 +12,9 @@ from pose_core.estimates.body_estimates import Source
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_view.body.joint_marks import COLORS, DOF_OF_JOINT, joint_marks, make_balls
 from pose_view.body.measures import MeasuredBody, measure
-from pose_view.body.mesh import box, ellipsoid, loft
 from pose_view.body.parts import PARTS, make_parts
 from pose_view.body.poses import ENDS, part_poses, quaternions
+from pose_view.mesh import box, ellipsoid, loft
 from pose_view.snapshot import BodySnapshot, DofSnapshot
 
 JOINTS = moving_joints(6.0)[::10]

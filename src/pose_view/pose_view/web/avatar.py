@@ -8,9 +8,9 @@ from viser import FrameHandle, MeshHandle, SceneApi
 
 from pose_view.body.joint_marks import BALLS, BANDS, COLORS, ball_place, joint_marks, make_balls
 from pose_view.body.measures import MeasuredBody
-from pose_view.body.mesh import Mesh, box
 from pose_view.body.parts import PARTS, make_parts
 from pose_view.body.poses import part_poses, quaternions
+from pose_view.mesh import Mesh, box
 from pose_view.robot import RobotSnapshot
 from pose_view.snapshot import BodySnapshot
 from pose_view.web.places import Place

@@ -8,8 +8,8 @@ from viser import CameraHandle, ClientHandle, LineSegmentsHandle
 
 from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, SIDES
-from pose_view.body.mesh import box
 from pose_view.body.poses import quaternions
+from pose_view.mesh import box
 from pose_view.snapshot import Snapshot
 from pose_view.web.avatar import Avatar, RobotAvatar
 from pose_view.web.places import Place

@@ -13,7 +13,7 @@ from pose_core.finite_numbers import mean_known
 from pose_evaluation.agreement import ViewAgreement
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.offline import IMU_ENDING
-from pose_evaluation.table import Table
+from pose_evaluation.table import Table, number
 from pose_evaluation.tables import method_label
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import group_of, method_style
@@ -171,15 +171,12 @@ def _reference_facts(analysis: Analysis) -> list[tuple[str, str]]:
     if alignment.shares_clock:
         text = "its stamps are the recording's own; nothing was moved"
     else:
+        begin_s = number(alignment.begins_at_s, 3, sign=True)
         text = (
-            (
-                f"its first frame was put {alignment.begins_at_s:+.3f} s after the recording's, by "
-                f"cross-correlation of the angles (r = {alignment.correlation:.3f}; the next best "
-                f"place has {alignment.next_best:.3f}); lags are therefore relative to "
-                f"{method_label(compared.aligned_with)}"
-            )
-            .replace("-", "−")
-            .replace("cross−", "cross-")
+            f"its first frame was put {begin_s} s after the recording's, by cross-correlation of "
+            f"the angles (r = {number(alignment.correlation, 3)}; the next best place has "
+            f"{number(alignment.next_best, 3)}); lags are therefore relative to "
+            f"{method_label(compared.aligned_with)}"
         )
     what = "joints and angles" if compared.reference.skeleton is not None else "angles alone"
     return [("reference", f"{compared.reference.name} ({what})"), ("aligned in time", text)]

@@ -115,15 +115,14 @@ def _cycles_text(cycles: Cycles, source: str) -> str:
 
 
 def _uncertainty(analysis: Analysis) -> Section:
-    method = _account_of(analysis)
     blocks: list[Block] = []
+    line = ""
     if analysis.compared is not None:
         table = coverage_table(analysis.compared.coverage)
-        if table is not None:
-            blocks.append(table)
-    line = "; black line: the reference" if analysis.compared is not None else ""
+        blocks += [] if table is None else [table]
+        line = "; black line: the reference"
     blocks.append(f"Dark band: 1 σ, light band: 2 σ{line}.")
-    blocks.append(uncertainty_figures(analysis, method))
+    blocks.append(uncertainty_figures(analysis, _account_of(analysis)))
     return Section(anchor="uncertainty", title="Uncertainty", blocks=blocks)
 
 
