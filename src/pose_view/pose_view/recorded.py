@@ -127,7 +127,11 @@ class Recorded:
 
     def _read(self, bag: BagReader, progress: Progress) -> None:
         sensors = {topic: name for name, topic in sensor_topics(bag).items()}
-        bodies = {topic: m for topic in bag.topics if (m := BODY_TOPIC.match(topic))}
+        bodies = {
+            topic: (match["body"], match["leaf"])
+            for topic in bag.topics
+            if (match := BODY_TOPIC.match(topic))
+        }
         wanted = [*sensors, *bodies, "/tf"]
         skeletons: list[tuple[str, Any]] = []
         span_ns = max(1, bag.end_ns - bag.start_ns)
@@ -137,21 +141,23 @@ class Recorded:
             content = bag.deserialize(message)
             if message.topic in sensors:
                 self._add_raw(sensors[message.topic], content)
-            elif message.topic not in bodies:
-                if (found := link_rotations(content)) is not None:
-                    self._rotations[found[:2]] = found[2]
-            elif bodies[message.topic]["leaf"] == "skeleton":
-                skeletons.append((bodies[message.topic]["body"], content))
-            else:
-                key = bodies[message.topic]["body"], nanoseconds(content.header.stamp)
-                self._dof[key] = dof_snapshot(content)
+            elif message.topic in bodies:
+                body, leaf = bodies[message.topic]
+                if leaf == "skeleton":
+                    skeletons.append((body, content))
+                else:
+                    self._dof[body, nanoseconds(content.header.stamp)] = dof_snapshot(content)
+            elif (found := link_rotations(content)) is not None:
+                self._rotations[found[:2]] = found[2]
         # After all estimates and links, which belong to the skeletons of the same instants.
         for body, skeleton in skeletons:
             key = body, nanoseconds(skeleton.header.stamp)
-            shown = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
-            self.bodies.setdefault(body, Stamped()).add(shown.stamp_ns, shown)
-        for each in (*self.bodies.values(), *self._raw.values()):
-            each.sort()
+            pose = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
+            self.bodies.setdefault(body, Stamped()).add(pose.stamp_ns, pose)
+        for shown in self.bodies.values():
+            shown.sort()
+        for seen in self._raw.values():
+            seen.sort()
         progress(1.0)
 
     def _add_raw(self, sensor: str, content: Any) -> None:

@@ -11,18 +11,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
 from pose_view.body.parts import PARTS
 
 DOWN = np.array([0.0, 0.0, -1.0])
 UPPER = tuple(f"{side}_{limb}" for side in SIDES for limb in ("upper_arm", "thigh"))
 LOWER = tuple(f"{side}_{limb}" for side in SIDES for limb in ("forearm", "shank"))
-ENDS = {
-    "upper_arm": ("shoulder", "elbow"),
-    "forearm": ("elbow", "hand"),
-    "thigh": ("hip", "knee"),
-    "shank": ("knee", "foot"),
-}
 CARRIERS = {
     f"{side}_{limb}": carrier
     for side in SIDES
@@ -62,8 +56,7 @@ def part_poses(
     for level in (UPPER, LOWER):
         bones = []
         for part in level:
-            side, limb = part.split("_", 1)
-            start, end = (at[f"{side}_{joint}"] for joint in ENDS[limb])
+            start, end = (at[joint] for joint in LIMB_ENDS[part])
             origins[part] = start
             bones.append(end - start)
         carried = np.stack([rotations.get(part, turned[CARRIERS[part]]) for part in level])
@@ -76,7 +69,7 @@ def part_poses(
 
 def quaternions(rotations: FloatArray) -> FloatArray:
     """(w, x, y, z) of rotation matrices, (n, 3, 3) to (n, 4); unit for NaN."""
-    known = np.isfinite(rotations).all(axis=(1, 2))
+    known = np.asarray(np.isfinite(rotations).all(axis=(1, 2)))
     matrices = np.where(known[:, None, None], rotations, np.eye(3))
     return np.asarray(Rotation.from_matrix(matrices).as_quat()[:, [3, 0, 1, 2]])
 

@@ -16,11 +16,9 @@ from pose_evaluation.offline import IMU_ENDING
 from pose_evaluation.table import Table, number
 from pose_evaluation.tables import method_label
 from pose_view.report.analysis import REFERENCE, Analysis
-from pose_view.report.figures.canvas import group_of, method_style
+from pose_view.report.figures.canvas import FigureSet, group_of, method_style
 from pose_view.report.figures.courses import legend
-from pose_view.report.figures.figure import FigureSet
-from pose_view.report.page.section import Section
-from pose_view.report.page.sections import sections
+from pose_view.report.page.sections import Section, sections
 
 # Of public recordings with two Kinects v2, best rigid fit: 2.3 to 6.6 cm.
 WELL_CM, FAIRLY_CM = 5.0, 8.0  # [cm] mean distance of the same joint in two views
