@@ -30,13 +30,13 @@ from pose_bench.imu_samples import processed
 from pose_bench.sessions import JUDGED_FROM_S
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
 from pose_sim.session import make_session, settings_of
 from pose_sim.virtual_imu import NODES
 
 Progress = Callable[[float], None]
 
 BROAD_KEYS = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement", "sampling_rate")
-NS_PER_S = 1e9
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,13 +6,13 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from pose_bench.faults.fault import Fault, Signal, Window
-from pose_bench.faults.heard import Poses
-from pose_bench.faults.judging import RECOVERY_S, Truth, Verdict, judge
+from pose_bench.faults.judging import RECOVERY_S, Poses, Truth, Verdict, judge
 from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer, new_player, planned
 from pose_bench.processes import launch, pids_of
@@ -137,7 +137,7 @@ def _run_session(
 
 
 def _packets(person: CapturedSession, slots: Sequence[Slot]) -> list[Packet]:
-    packets = packets_of(person, START_NS)
+    packets = packets_of(person)
     for slot in slots:
         if slot.fault.change is not None:
             # Of the name, so that it is the same in every run.
@@ -182,15 +182,14 @@ def await_graph(player: FaultPlayer, graph: "subprocess.Popen[str]", folder: Pat
 def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[], None]]]:
     """Actions on processes with their times [s]."""
 
-    def act(what: Signal) -> Callable[[], None]:
-        def do() -> None:
-            for pid in pids_of(launcher, what.node):
-                os.kill(pid, SIGNALS[what.what])
-
-        return do
+    def act(what: Signal) -> None:
+        for pid in pids_of(launcher, what.node):
+            os.kill(pid, SIGNALS[what.what])
 
     return [
-        (slot.begin_s + each.after_s, act(each)) for slot in slots for each in slot.fault.signals
+        (slot.begin_s + each.after_s, partial(act, each))
+        for slot in slots
+        for each in slot.fault.signals
     ]
 
 

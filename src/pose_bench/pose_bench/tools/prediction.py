@@ -56,8 +56,8 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
     true = angle_series(truth).at(now_ns)
 
     def error_deg(poses: list[BodyEstimate]) -> float:
-        found = angle_series(tracked_series(now_ns, np.array([pose.joints for pose in poses])))
-        found = found.at(now_ns)
+        series = tracked_series(now_ns, np.array([pose.joints for pose in poses]))
+        found = angle_series(series).at(now_ns)
         errors = [wrapped(found[name] - true[name]) for name in true]
         return float(np.degrees(np.mean([np.sqrt(np.nanmean(error**2)) for error in errors])))
 

@@ -59,7 +59,7 @@ def steps_of(session: CapturedSession, is_light: bool = False) -> tuple[Steps, S
         session: A captured person before two cameras, with IMUs.
         is_light: Whether to take only every third frame, and a quarter of the samples of two IMUs.
     """
-    packets = packets_of(session, START_NS)
+    packets = packets_of(session)
     if is_light:
         packets = list(_thinned(packets))
     alone = [loop_message(packet) for packet in packets]

@@ -141,10 +141,10 @@ def run(arguments: argparse.Namespace) -> int:
         for name, quality in measured(arguments):
             status.update(f"fused {name}")
             table.rows.append(row_of(name, quality))
-            missed = ("nothing published",)
-            if quality is not None:
-                missed = quality.broken(arguments.output_rate)
-            broken += [f"{name}: {what}" for what in missed]
+            if quality is None:
+                broken.append(f"{name}: nothing published")
+            else:
+                broken += [f"{name}: {what}" for what in quality.broken(arguments.output_rate)]
     publish([table], SUMMARY, arguments.output, "stream.md")
     for line in broken:
         print(f"not met  {line}")
