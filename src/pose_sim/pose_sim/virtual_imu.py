@@ -168,9 +168,8 @@ def to_frames(
     for node_id, measured in measurements.items():
         count = len(measured.sample_s)
         late = parameters.radio_latency + rng.exponential(1.0, count) * parameters.radio_jitter
-        arrival = np.maximum.accumulate(
-            measured.sample_s + late
-        )  # a node's frames keep their order
+        # A node's frames keep their order.
+        arrival = np.maximum.accumulate(measured.sample_s + late)
         columns["due_ns"].append(np.round(arrival * NS_PER_S).astype(np.int64))
         columns["node_id"].append(np.full(count, node_id, dtype=np.uint8))
         sequence = (rng.integers(SEQUENCE_MODULUS) + np.arange(count)) % SEQUENCE_MODULUS
