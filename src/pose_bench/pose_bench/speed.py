@@ -42,6 +42,7 @@ from pose_core.joints import JOINTS, TrackingState
 FRAMES = 2000  # repeats of an update
 SLOW_FRAMES = 60  # the same of filterpy's
 GROWTH_FRAMES = 300  # the same of each size, for the growth
+WARM_UP = 5  # [frames] not timed
 PERIOD_S = 1.0 / 30.0
 CAMERA_HEIGHT = 1.2  # [m]
 NOISE = 0.02  # [m] of a joint
@@ -142,14 +143,14 @@ def camera_place(index: int) -> FloatArray:
     return np.array([3.0 * np.cos(angle), 3.0 * np.sin(angle), CAMERA_HEIGHT])
 
 
-def measure(name: str, step: Step, frames: int, warm_up: int = 5) -> Timing:
-    """Time ``step`` for all frames, without the first ``warm_up`` ones."""
+def measure(name: str, step: Step, frames: int) -> Timing:
+    """Time ``step`` for all frames, without the first :data:`WARM_UP` ones."""
     times = []
     for frame in range(frames):
         start_ns = time.thread_time_ns()
         step(frame)
         times.append((time.thread_time_ns() - start_ns) * 1e-6)
-    return Timing(name=name, times_ms=np.array(times[warm_up:]))
+    return Timing(name=name, times_ms=np.array(times[WARM_UP:]))
 
 
 def aligned_filter(scene: Scene, sensors: int, imus: int) -> tuple[FilterConstants, FilterState]:

@@ -48,10 +48,10 @@ class Stamped(Generic[T]):
         self.items = [self.items[k] for k in order]
         self.stamps_ns = [self.stamps_ns[k] for k in order]
 
-    def at(self, stamp_ns: int, hold_s: float = LONGEST_HOLD_S) -> T | None:
-        """The last item up to a stamp [ns], unless it is older than ``hold_s``."""
+    def at(self, stamp_ns: int) -> T | None:
+        """The last item up to a stamp [ns], unless it is older than :data:`LONGEST_HOLD_S`."""
         index = int(np.searchsorted(self.stamps_ns, stamp_ns, side="right")) - 1
-        if index < 0 or stamp_ns - self.stamps_ns[index] > hold_s * NS_PER_S:
+        if index < 0 or stamp_ns - self.stamps_ns[index] > LONGEST_HOLD_S * NS_PER_S:
             return None
         return self.items[index]
 

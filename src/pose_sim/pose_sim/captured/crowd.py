@@ -38,9 +38,7 @@ class CrowdSpec:
     clips: tuple[Path, ...]  # one per person
     seed: int
     duration_s: float = 60.0
-    tracker: str = "mixed"
     leaves: bool = True  # whether people leave the room
-    one_size: bool = False  # whether all people have the same size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,9 +62,7 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
     rng = np.random.default_rng(spec.seed)
     count = round(spec.duration_s * RATE)
     paths = _paths(len(spec.clips), count, rng)
-    scales = np.ones(len(spec.clips))
-    if not spec.one_size:
-        scales = rng.permutation(np.linspace(*SCALES, len(spec.clips)))
+    scales = rng.permutation(np.linspace(*SCALES, len(spec.clips)))
     people = [
         _on_path(chain([read_clip(clip)] * 40, spec.duration_s), path, float(scale))
         for clip, path, scale in zip(spec.clips, paths, scales, strict=True)
@@ -79,7 +75,7 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
     frames = [
         frame
         for sensor, place in places.items()
-        for frame in _camera_frames(spec, sensor, place, people, absences, rng)
+        for frame in _camera_frames(sensor, place, people, absences, rng)
     ]
     frames.sort(key=lambda frame: frame.persons[0].stamp_ns)
     return Crowd(T_map_sensor=places, frames=frames)
@@ -140,7 +136,6 @@ def _absences(count: int, rng: np.random.Generator) -> NDArray[np.bool_]:
 
 
 def _camera_frames(
-    spec: CrowdSpec,
     sensor: str,
     place: FloatArray,
     people: Sequence[Clip],
@@ -148,7 +143,7 @@ def _camera_frames(
     rng: np.random.Generator,
 ) -> list[CrowdFrame]:
     """Frames of one camera with all visible persons."""
-    model = TRACKERS[spec.tracker]
+    model = TRACKERS["mixed"]
     seed = int(rng.integers(2**31))
     # Frames are stamped by the first person's instants: others differ by up to one frame.
     seen = [
