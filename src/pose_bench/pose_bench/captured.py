@@ -5,7 +5,7 @@ baseline is ``joint_kf`` on the same samples with the true extrinsics and clocks
 in which bodies are measured, are not evaluated; those in which IMUs are aligned are.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -13,30 +13,24 @@ from typing import Any
 import numpy as np
 
 from pose_bench.captured_suite import KNOWN
-from pose_bench.scoring import HIP_AND_KNEE, coverage, dof_errors
+from pose_bench.scoring import HIP_AND_KNEE, Truth, coverage, dof_errors, truth_of_series
 from pose_calibration.body_measures import measure_body
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
-    ANGLES,
     Clock,
     Extrinsics,
     FusionParameters,
     FusionPipeline,
     ImuSample,
     SkeletonSample,
-    SkeletonSeries,
-    angle_series,
     extrinsics_from_map,
     first_pass,
-    unwrapped,
 )
-from pose_core.arrays import FloatArray
 from pose_core.errors import PoseError
 from pose_core.estimators.default import DefaultEstimator
 from pose_core.filter.tuning import FilterTuning
-from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import block_of
-from pose_evaluation.offline import MethodRun, run_pipeline
+from pose_evaluation.offline import MethodRun, run_pipeline, tracked_series
 from pose_evaluation.scores import MethodScores, mean_known, score_method
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.session import (
@@ -102,29 +96,11 @@ class CapturedScore:
     error: str = ""  # reason for missing figures
 
 
-@dataclass(frozen=True, kw_only=True)
-class CapturedTruth:
-    """Ground truth of a session, on a grid of :data:`RATE`."""
-
-    truth: SkeletonSeries
-    judged_truth: SkeletonSeries
-    true_angles: Mapping[str, FloatArray]  # (n,) [rad] the twelve angles computed from joints
-
-
-def truth_of(session: CapturedSession) -> CapturedTruth:
+def truth_of(session: CapturedSession) -> Truth:
     """The captured joints and angles, evaluated from :data:`JUDGED_FROM_S` on."""
     positions = session.clip.positions
-    series = SkeletonSeries(
-        stamps_ns=np.array([stamp_of(i / RATE) for i in range(len(positions))]),
-        positions=positions,
-        tracking_state=np.full((len(positions), len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
-    )
-    angles = angle_series(series).angles
-    return CapturedTruth(
-        truth=series,
-        judged_truth=series.between(stamp_of(JUDGED_FROM_S), int(series.stamps_ns[-1])),
-        true_angles={name: unwrapped(angles[name]) for name in ANGLES},
-    )
+    stamps_ns = np.array([stamp_of(i / RATE) for i in range(len(positions))])
+    return truth_of_series(tracked_series(stamps_ns, positions), stamp_of(JUDGED_FROM_S))
 
 
 def true_extrinsics(session: CapturedSession) -> Extrinsics:
@@ -191,10 +167,10 @@ def score_runs(
 ) -> list[CapturedScore]:
     """Run methods on a session and score them; those that raise a ``PoseError`` have the reason."""
     truth = truth_of(session)
-    if not len(truth.judged_truth):
+    if not len(truth.judged):
         error = f"too short: judged from {JUDGED_FROM_S:g} s on"
         return [replace(label_of(session.spec, method), error=error) for method in methods]
-    baseline = score_method(BASELINE, baseline_run.series, truth.judged_truth)
+    baseline = score_method(BASELINE, baseline_run.series, truth.judged)
     found = []
     for method in methods:
         label = label_of(session.spec, method)
@@ -206,7 +182,7 @@ def score_runs(
         if not len(made.series):
             found.append(replace(label, error="no estimates"))
             continue
-        scores = score_method(method.name, made.series, truth.judged_truth)
+        scores = score_method(method.name, made.series, truth.judged)
         judged = judge(label, scores, baseline, made, truth)
         found.append(with_imus(judged, pipeline) if method.use_imus else judged)
     return found
@@ -251,11 +227,11 @@ def judge(
     scores: MethodScores,
     baseline: MethodScores,
     run: MethodRun,
-    truth: CapturedTruth,
+    truth: Truth,
 ) -> CapturedScore:
     """Add a method's figures to a score."""
     rmse = {angle: each.rmse_deg for angle, each in scores.angles.items()}
-    within = coverage(dof_errors(run, truth, scores.shift_s, ANGLES))
+    within = coverage(dof_errors(run, truth, scores.shift_s))
     return replace(
         label,
         rmse_deg=scores.mean_rmse_deg,

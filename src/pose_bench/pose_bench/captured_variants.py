@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from pose_bench.captured import CapturedMethod
-from pose_core.filter.tuning import CameraNoise, FilterTuning, MotionPrior, PosturePrior
+from pose_core.filter.tuning import CameraNoise, FilterTuning
 from pose_core.joints import SEGMENTS
 from pose_sim.captured.imus import NINE
 
@@ -46,26 +46,18 @@ def ablation_methods() -> tuple[CapturedMethod, ...]:
 def _ablations() -> dict[str, FilterTuning]:
     """Tunings of the filter with one part removed, by its name."""
     whole = FilterTuning()
-    motion, camera, posture = MotionPrior(), CameraNoise(), PosturePrior()
-    cameras = {
-        "offsets of views": replace(camera, offset_stddev=1e-4),
-        "the body's own occlusion": replace(camera, occluded_stddev=0.0),
-        "heavy tails": replace(camera, student_dof=1e6),
-    }
-    motions = {
-        "carried accelerations": replace(motion, carried=dict.fromkeys(motion.carried, 0.0)),
-    }
-    wide = dict.fromkeys(posture.twist_stddev, 30.0)
-    postures = {
-        "posture": replace(
-            posture,
-            hinge_stddev=30.0,
-            twist_stddev=wide,
-            waist_stddev=(30.0, 30.0, 30.0),
-        )
-    }
-    return (
-        {name: replace(whole, camera=each) for name, each in cameras.items()}
-        | {name: replace(whole, motion=each) for name, each in motions.items()}
-        | {name: replace(whole, posture=each) for name, each in postures.items()}
+    camera, motion, posture = whole.camera, whole.motion, whole.posture
+    uncarried = replace(motion, carried=dict.fromkeys(motion.carried, 0.0))
+    free = replace(
+        posture,
+        hinge_stddev=30.0,
+        twist_stddev=dict.fromkeys(posture.twist_stddev, 30.0),
+        waist_stddev=(30.0, 30.0, 30.0),
     )
+    return {
+        "offsets of views": replace(whole, camera=replace(camera, offset_stddev=1e-4)),
+        "the body's own occlusion": replace(whole, camera=replace(camera, occluded_stddev=0.0)),
+        "heavy tails": replace(whole, camera=replace(camera, student_dof=1e6)),
+        "carried accelerations": replace(whole, motion=uncarried),
+        "posture": replace(whole, posture=free),
+    }

@@ -106,15 +106,8 @@ distortion_model: plumb_bob
 camera_matrix: {data: [500, 0, 320, 0, 500, 240, 0, 0, 1]}
 distortion_coefficients: {data: [0, 0, 0, 0, 0]}
 """
-CSV_HEAD = ",".join(
-    [
-        "sensor",
-        "host_time_s",
-        "sensor_time_s",
-        "person",
-        *(f"{j}_{a}" for j in JOINTS for a in ("x", "y", "z", "state")),
-    ]
-)
+CSV_COLUMNS = [f"{joint}_{value}" for joint in JOINTS for value in ("x", "y", "z", "state")]
+CSV_HEAD = ",".join(["sensor", "host_time_s", "sensor_time_s", "person", *CSV_COLUMNS])
 CSV_JOINTS = ",".join("0.1,0.2,2.5,2" for _ in JOINTS)
 CSV_ROWS = (f"left,{100 + k / 30:.3f},{k / 30:.3f},1,{CSV_JOINTS}\n" for k in range(3))
 CSV = f"{CSV_HEAD}\n{''.join(CSV_ROWS)}".encode()

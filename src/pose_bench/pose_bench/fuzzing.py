@@ -2,8 +2,8 @@
 
 Each target is a function of bytes that may raise only errors for users
 (:class:`~pose_core.errors.PoseError`), with a few seed inputs. An input that reaches new code is
-added to the corpus and mutated later. Coverage is measured by ``sys.monitoring`` (3.12) or
-``sys.settrace`` in a part of the cases.
+added to the corpus and mutated later. Coverage is measured by ``sys.settrace`` in a part of the
+cases.
 """
 
 import random

@@ -26,19 +26,17 @@ from scipy.spatial.transform import Rotation
 from imu_bridge.filters import FILTERS
 from imu_bridge.filters.orientation_filter import SampleRound
 from imu_bridge.parameters import ImuBridgeParameters
-from imu_bridge.pipeline import Chunk, ImuPipeline
-from imu_bridge.segments import ImuNode
+from pose_bench.imu_samples import processed
 from pose_bench.sessions import JUDGED_FROM_S
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
-from pose_sim.imu_file import encode_all
+from pose_core.stamps import NS_PER_S
 from pose_sim.session import make_session, settings_of
 from pose_sim.virtual_imu import NODES
 
 Progress = Callable[[float], None]
 
 BROAD_KEYS = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement", "sampling_rate")
-NS_PER_S = 1e9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -218,13 +216,10 @@ def synthetic_errors(
 ) -> Errors:
     """The errors of a filter over all nodes of the synthetic subject.
 
-    The bytes are processed by :class:`ImuPipeline`, including the stamps.
+    The nodes' bytes are processed as by ``imu_bridge``, including the stamps.
     """
     session = make_session(choreography, duration_s, seed, settings_of(level))
-    nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
-    pipeline = ImuPipeline(nodes, variant.parameters)
-    chunks = zip(session.imus.due_ns.tolist(), encode_all(session.imus), strict=True)
-    batch = pipeline.process([Chunk(arrival_ns=due_ns, data=data) for due_ns, data in chunks])
+    batch = processed(session, variant.parameters)
     # The link's minimum delay is part of the stamps; it is known here and removed.
     times = np.array(batch.stamp_ns) / NS_PER_S - session.settings.imu.radio_latency
     judged = (times >= JUDGED_FROM_S) & (times <= duration_s)

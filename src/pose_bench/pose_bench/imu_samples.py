@@ -3,7 +3,7 @@
 import numpy as np
 
 from imu_bridge.parameters import ImuBridgeParameters
-from imu_bridge.pipeline import Chunk, ImuPipeline
+from imu_bridge.pipeline import Chunk, ImuBatch, ImuPipeline
 from imu_bridge.segments import ImuNode
 from pose_core.api import ImuSample
 from pose_sim.imu_file import encode_all
@@ -16,6 +16,15 @@ TimedImuSample = tuple[int, ImuSample]
 """Arrival at the host [ns], and the sample."""
 
 
+def processed(session: Session, parameters: ImuBridgeParameters) -> ImuBatch:
+    """The bytes of a session's nodes, processed by the bridge; one sample per frame."""
+    nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
+    chunks = zip(session.imus.due_ns.tolist(), encode_all(session.imus), strict=True)
+    return ImuPipeline(nodes, parameters).process(
+        [Chunk(arrival_ns=due_ns, data=data) for due_ns, data in chunks]
+    )
+
+
 def imu_samples(session: Session, start_ns: int, imu_filter: str = FILTER) -> list[TimedImuSample]:
     """The samples of all nodes of a session, in order of arrival.
 
@@ -25,14 +34,8 @@ def imu_samples(session: Session, start_ns: int, imu_filter: str = FILTER) -> li
         imu_filter: The bridge's orientation filter.
     """
     parameters = ImuBridgeParameters(filter=imu_filter, magnetometer=MAGNETOMETER)
-    nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
-    pipeline = ImuPipeline(nodes, parameters)
     arrivals_ns = session.imus.due_ns.tolist()
-    chunks = [
-        Chunk(arrival_ns=arrival_ns, data=data)
-        for arrival_ns, data in zip(arrivals_ns, encode_all(session.imus), strict=True)
-    ]
-    batch = pipeline.process(chunks)  # one frame per chunk, one sample per frame
+    batch = processed(session, parameters)
     inclination = np.full(len(batch), parameters.inclination_stddev)
     stddev = np.stack([inclination, inclination, batch.heading_stddev], axis=1)
     segments = list(NODES.values())

@@ -1,5 +1,7 @@
 """Running independent calls in several processes."""
 
+import argparse
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
@@ -7,10 +9,35 @@ from itertools import starmap
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
+from rich.progress import Progress
+
+from pose_core.errors import InputError
+
 T = TypeVar("T")
 
-Progress = Callable[[int, int], None]
-"""Called with the number of finished calls, and of all calls."""
+
+def add_jobs_argument(parser: argparse.ArgumentParser, most: int | None = None) -> None:
+    """Declare the option ``--jobs``: by default as many as there are cores, up to ``most``."""
+    cores = os.cpu_count() or 1
+    parser.add_argument(
+        "--jobs",
+        type=jobs,
+        default=min(most or cores, cores),
+        metavar="N",
+        help="processes at once (default: %(default)s)",
+    )
+
+
+def jobs(text: str) -> int:
+    """The value of ``--jobs``.
+
+    Raises:
+        InputError: If it is not positive.
+    """
+    count = int(text)
+    if count < 1:
+        raise InputError(f"jobs = {count}: expected 1 or more")
+    return count
 
 
 def run_all(
@@ -18,7 +45,8 @@ def run_all(
     arguments: Sequence[tuple[Any, ...]],
     *,
     jobs: int,
-    progress: Progress = lambda _done, _total: None,
+    bar: Progress,
+    name: str,
 ) -> list[T]:
     """Call a function with each of many arguments.
 
@@ -26,13 +54,12 @@ def run_all(
         work: A module-level function, which can be pickled.
         arguments: Its arguments, call by call.
         jobs: Number of parallel processes; 1 runs in this process.
-        progress: Called before the first call and after each.
+        bar: Shows the number of finished calls.
+        name: Name of the calls there.
 
     Returns:
         The results in the order of the arguments, whatever the number of jobs.
     """
-    results: list[T] = []
-    progress(0, len(arguments))
     with ExitStack() as stack:
         found: Iterator[T] = starmap(work, arguments)
         if min(jobs, len(arguments)) > 1:
@@ -40,7 +67,4 @@ def run_all(
             context = get_context("spawn")
             pool = stack.enter_context(ProcessPoolExecutor(jobs, mp_context=context))
             found = pool.map(work, *zip(*arguments, strict=True))
-        for result in found:
-            results.append(result)
-            progress(len(results), len(arguments))
-    return results
+        return list(bar.track(found, total=len(arguments), description=name))

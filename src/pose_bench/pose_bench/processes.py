@@ -1,13 +1,19 @@
-"""CPU time and memory of running processes."""
+"""Processes of a graph under test: launching them, watching them; their CPU time and memory."""
 
+import json
+import subprocess
+import sys
 import time
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import psutil
 
 from pose_core.stamps import NS_PER_S
+from pose_node.child_process import executable, run_to_end, start, stop
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,6 +23,39 @@ class Usage:
     name: str  # of its executable
     cpu_s: float  # [s] since its start
     memory_mb: float  # [MB] proportional set size: shared memory is divided
+
+
+def launch(launch_file: str, arguments: Mapping[str, str], log: Path) -> "subprocess.Popen[str]":
+    """Start the processes of a launch file; their output goes to a file."""
+    words = [f"{name}:={value}" for name, value in arguments.items()]
+    with log.open("w") as output:
+        up: list[str | Path] = [executable("pose_launch", "up"), launch_file, *words]
+        return start(up, stdout=output, stderr=subprocess.STDOUT)
+
+
+@contextmanager
+def latency_probe() -> Iterator[dict[str, dict[str, Any]]]:
+    """Run the probe of :mod:`pose_bench.nodes.latency_probe`; filled with its output at the end."""
+    noted: dict[str, dict[str, Any]] = {}
+    command = [sys.executable, "-m", "pose_bench.nodes.latency_probe"]
+    probe = start(command, stdout=subprocess.PIPE)
+    try:
+        yield noted
+    finally:
+        probe.send_signal(2)
+        try:
+            output, _ = probe.communicate(timeout=20.0)
+        except subprocess.TimeoutExpired:
+            stop(probe)
+            raise
+    noted |= json.loads(output)
+
+
+def generate_session(path: Path, choreography: str, duration_s: float, start_ns: int) -> None:
+    """Write a synthetic session [s] whose time zero is ``start_ns``, as a folder of files."""
+    tool: list[str | Path] = [executable("pose_sim", "generate"), "-o", path]
+    tool += ["--choreography", choreography, "--duration", f"{duration_s:g}"]
+    run_to_end([*tool, "--start-at", str(start_ns)])
 
 
 def sleep_until(when_ns: int) -> None:

@@ -1,11 +1,18 @@
 """Errors of published degrees of freedom, and their coverage by published standard deviations."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.api import ABDUCTION_OF, ANGLES, SkeletonSeries, wrapped
+from pose_core.api import (
+    ABDUCTION_OF,
+    ANGLES,
+    SkeletonSeries,
+    angle_series,
+    unwrapped,
+    wrapped,
+)
 from pose_core.arrays import FloatArray
 from pose_core.streams.angle_series import SIDEWAYS
 from pose_evaluation.offline import MethodRun
@@ -13,46 +20,49 @@ from pose_evaluation.offline import MethodRun
 HIP_AND_KNEE = tuple(angle for angle in ANGLES if "hip" in angle or "knee" in angle)
 
 
-class Truth(Protocol):
-    """Ground truth of a session: captured or synthetic."""
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """Ground truth of a session."""
 
-    @property
-    def truth(self) -> SkeletonSeries:
-        """The true skeletons."""
+    whole: SkeletonSeries
+    judged: SkeletonSeries  # the evaluated part
+    angles: Mapping[str, FloatArray]  # (n,) [rad] the twelve angles of the whole
 
-    @property
-    def judged_truth(self) -> SkeletonSeries:
-        """The evaluated part."""
 
-    @property
-    def true_angles(self) -> Mapping[str, FloatArray]:
-        """Angles [rad] at the truth's stamps, (n,) each."""
+def truth_of_series(series: SkeletonSeries, judged_from_ns: int) -> Truth:
+    """The truth of a session whose true skeletons are evaluated from an instant [ns] on."""
+    angles = angle_series(series).angles
+    return Truth(
+        whole=series,
+        judged=series.between(judged_from_ns, int(series.stamps_ns[-1])),
+        angles={name: unwrapped(angles[name]) for name in ANGLES},
+    )
 
 
 def dof_errors(
-    run: MethodRun, session: Truth, shift_s: float, names: Sequence[str]
+    run: MethodRun, truth: Truth, shift_s: float
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Errors [rad] of published degrees of freedom and their standard deviations [rad], by name.
+    """Errors [rad] of the published angles and their standard deviations [rad], by name.
 
     At the estimates' instants, after one time shift; flexions are left out where the true limb
     points sideways.
     """
-    judged = session.judged_truth.stamps_ns
+    judged = truth.judged.stamps_ns
     estimates = run.estimates
     stamps_ns = estimates.stamps_ns - round(shift_s * 1e9)
     inside = (stamps_ns >= judged[0]) & (stamps_ns <= judged[-1])
-    begin_ns = session.truth.stamps_ns[0]  # differences are exact as floats, stamps are not
+    begin_ns = truth.whole.stamps_ns[0]  # differences are exact as floats, stamps are not
     times = (stamps_ns[inside] - begin_ns) * 1e-9
-    grid = (session.truth.stamps_ns - begin_ns) * 1e-9
+    grid = (truth.whole.stamps_ns - begin_ns) * 1e-9
     errors = {}
-    for name in names:
+    for name in ANGLES:
         if name not in estimates.names:
             continue
         column = estimates.names.index(name)
-        true = np.interp(times, grid, session.true_angles[name])
+        true = np.interp(times, grid, truth.angles[name])
         error = wrapped(estimates.position[inside, column] - true)
         if name in ABDUCTION_OF:
-            abduction = np.interp(times, grid, session.true_angles[ABDUCTION_OF[name]])
+            abduction = np.interp(times, grid, truth.angles[ABDUCTION_OF[name]])
             error = np.where(np.abs(abduction) > SIDEWAYS, np.nan, error)
         errors[name] = error, estimates.position_stddev[inside, column]
     return errors

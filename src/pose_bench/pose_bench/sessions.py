@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_bench.imu_samples import FILTER, imu_samples
 from pose_core.api import (
@@ -23,7 +22,7 @@ from pose_core.api import (
     extrinsics_from_map,
 )
 from pose_core.arrays import FloatArray
-from pose_core.joints import JOINTS, TrackingState
+from pose_evaluation.offline import tracked_series
 from pose_io.recordings.stream_frames import frames_of_stream
 from pose_sim.angles import true_joint_angles
 from pose_sim.motion import GRID_RATE
@@ -101,7 +100,9 @@ def bench_session(
         samples=tuple(sample for _, sample in every),
         arrivals_ns=tuple(arrival_ns for arrival_ns, _ in every),
         truth=_truth(session),
-        true_angles=_true_angles(session),
+        true_angles={
+            name: values[TRUTH_ROWS] for name, values in true_joint_angles(session.motion).items()
+        },
         extrinsics=_true_extrinsics(session),
     )
 
@@ -118,22 +119,10 @@ def _skeleton_samples(session: Session) -> list[tuple[int, SkeletonSample]]:
     return sorted(timed, key=lambda each: each[0])
 
 
-def _truth_stamps(session: Session) -> NDArray[np.int64]:
-    times = session.motion.times[TRUTH_ROWS]
-    return START_NS + np.rint(times * 1e9).astype(np.int64)
-
-
 def _truth(session: Session) -> SkeletonSeries:
-    positions = session.motion.pose.joints[TRUTH_ROWS]
-    return SkeletonSeries(
-        stamps_ns=_truth_stamps(session),
-        positions=positions,
-        tracking_state=np.full((len(positions), len(JOINTS)), TrackingState.TRACKED, np.uint8),
-    )
-
-
-def _true_angles(session: Session) -> dict[str, FloatArray]:
-    return {name: values[TRUTH_ROWS] for name, values in true_joint_angles(session.motion).items()}
+    times = session.motion.times[TRUTH_ROWS]
+    stamps_ns = START_NS + np.rint(times * 1e9).astype(np.int64)
+    return tracked_series(stamps_ns, session.motion.pose.joints[TRUTH_ROWS])
 
 
 def _true_extrinsics(session: Session) -> Extrinsics:

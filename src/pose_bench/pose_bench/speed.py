@@ -42,6 +42,7 @@ from pose_core.joints import JOINTS, TrackingState
 FRAMES = 2000  # repeats of an update
 SLOW_FRAMES = 60  # the same of filterpy's
 GROWTH_FRAMES = 300  # the same of each size, for the growth
+WARM_UP = 5  # [frames] not timed
 PERIOD_S = 1.0 / 30.0
 CAMERA_HEIGHT = 1.2  # [m]
 NOISE = 0.02  # [m] of a joint
@@ -142,14 +143,14 @@ def camera_place(index: int) -> FloatArray:
     return np.array([3.0 * np.cos(angle), 3.0 * np.sin(angle), CAMERA_HEIGHT])
 
 
-def measure(name: str, step: Step, frames: int, warm_up: int = 5) -> Timing:
-    """Time ``step`` for all frames, without the first ``warm_up`` ones."""
+def measure(name: str, step: Step, frames: int) -> Timing:
+    """Time ``step`` for all frames, without the first :data:`WARM_UP` ones."""
     times = []
     for frame in range(frames):
         start_ns = time.thread_time_ns()
         step(frame)
         times.append((time.thread_time_ns() - start_ns) * 1e-6)
-    return Timing(name=name, times_ms=np.array(times[warm_up:]))
+    return Timing(name=name, times_ms=np.array(times[WARM_UP:]))
 
 
 def aligned_filter(scene: Scene, sensors: int, imus: int) -> tuple[FilterConstants, FilterState]:
@@ -220,17 +221,8 @@ def estimator_steps(scene: Scene, name: str, imus: int) -> Step:
     return step
 
 
-def li2020_steps(scene: Scene) -> Step:
-    """The filter of li2020."""
-    filter_ = Li2020Filter(scene.model, scene.shape, Li2020Parameters())
-    filter_.start(scene.joints[0])
-    seen = [scene.seen(frame, 2) for frame in range(scene.size)]
-    return lambda frame: filter_.step(PERIOD_S, seen[frame])
-
-
-def textbook_steps(scene: Scene) -> Step:
-    """The filter of li2020 with filterpy."""
-    filter_ = textbook_of(scene, Li2020Parameters())
+def li2020_steps(scene: Scene, filter_: Li2020Filter | TextbookFilter) -> Step:
+    """The filter of li2020, or the same with filterpy, on two cameras' joints."""
     seen = [scene.seen(frame, 2) for frame in range(scene.size)]
     return lambda frame: filter_.step(PERIOD_S, seen[frame])
 
@@ -241,10 +233,16 @@ def opensim_steps(scene: Scene) -> Step:
     return OpenSimIk(scene.model, scene.shape, seen, 1.0 / PERIOD_S).step
 
 
+def li2020_of(scene: Scene, parameters: Li2020Parameters) -> Li2020Filter:
+    """The filter of li2020 at the first pose."""
+    filter_ = Li2020Filter(scene.model, scene.shape, parameters)
+    filter_.start(scene.joints[0])
+    return filter_
+
+
 def textbook_of(scene: Scene, parameters: Li2020Parameters) -> TextbookFilter:
     """The textbook filter with li2020's initial state."""
-    started = Li2020Filter(scene.model, scene.shape, parameters)
-    started.start(scene.joints[0])
+    started = li2020_of(scene, parameters)
     filter_ = TextbookFilter(
         scene.model, scene.shape, started.kinematics.R_reference.copy(), parameters
     )
@@ -258,33 +256,30 @@ def update_timings(frames: int, slow_frames: int) -> Iterator[Timing]:
     yield measure("default, two Kinects, nine IMUs", filter_steps(scene, 2, 9), frames)
     yield measure("default, two Kinects", filter_steps(scene, 2, 0), frames)
     yield measure(WHOLE, estimator_steps(scene, "default", 9), frames)
-    yield measure("li2020, two Kinects", li2020_steps(paper), frames)
+    li2020 = li2020_of(paper, Li2020Parameters())
+    yield measure("li2020, two Kinects", li2020_steps(paper, li2020), frames)
     yield measure("joint_kf, two Kinects", estimator_steps(paper, "joint_kf", 0), frames)
     if util.find_spec("opensim") is not None:
         few = Scene(paper.model, max(frames // 5, 20))
         yield measure(OPENSIM, opensim_steps(few), few.size)
     plain = plain_steps(scene, 2, 9)
     yield measure("default in plain numpy, nine IMUs", plain, slow_frames)
-    yield measure(TEXTBOOK, textbook_steps(paper), slow_frames)
+    textbook = textbook_of(paper, Li2020Parameters())
+    yield measure(TEXTBOOK, li2020_steps(paper, textbook), slow_frames)
 
 
 def growth(frames: int) -> dict[str, list[tuple[int, float]]]:
-    """CPU milliseconds per second of data, by number of sensors (30 Hz each) and of IMUs."""
+    """CPU milliseconds per second of data, by number of sensors (30 Hz each), IMUs and persons."""
     scene = Scene(load_body_model("default"), frames)
-    per_second = 1.0 / PERIOD_S
-    sensors = [
-        (n, per_second * measure("", filter_steps(scene, n, 9), frames).median_ms)
-        for n in (1, 2, 4, 8, 16)
-    ]
-    imus = [
-        (n, 2.0 * per_second * measure("", filter_steps(scene, 1, n), frames).median_ms)
-        for n in (0, 1, 2, 4, 9)
-    ]
-    persons = [
-        (n, per_second * measure("", persons_steps(scene, n), frames).median_ms)
-        for n in (1, 2, 3, 4, 6)
-    ]
-    return {"sensors": sensors, "IMUs": imus, "persons": persons}
+
+    def cost(step: Step, rate: float = 1.0 / PERIOD_S) -> float:
+        return rate * measure("", step, frames).median_ms
+
+    return {
+        "sensors": [(n, cost(filter_steps(scene, n, 9))) for n in (1, 2, 4, 8, 16)],
+        "IMUs": [(n, cost(filter_steps(scene, 1, n), 2.0 / PERIOD_S)) for n in (0, 1, 2, 4, 9)],
+        "persons": [(n, cost(persons_steps(scene, n))) for n in (1, 2, 3, 4, 6)],
+    }
 
 
 def exponent(points: list[tuple[int, float]]) -> float:

@@ -9,15 +9,17 @@ from pose_core.api import (
     BodyEstimate,
     EstimateSeries,
     Extrinsics,
+    FloatArray,
     FusionParameters,
     FusionPipeline,
     ImuBlock,
     ImuSample,
+    IntArray,
     SkeletonSample,
     SkeletonSeries,
-    series_from_samples,
     series_of_estimates,
 )
+from pose_core.joints import JOINTS, TrackingState
 from pose_core.parameters import specs
 from pose_evaluation.methods import MEAN
 
@@ -112,22 +114,21 @@ def run_pipeline(
 
 
 def run_of_estimates(estimates: Sequence[BodyEstimate]) -> MethodRun:
-    """Convert estimates to arrays."""
-    series = series_from_samples(
-        SkeletonSample(
-            stamp_ns=each.stamp_ns,
-            sensor="",
-            person="",
-            positions=each.joints,
-            # The model gives every joint, tracked or not.
-            tracking_state=np.full(len(each.joints), 2, np.uint8),
-        )
-        for each in estimates
-    )
+    """Convert estimates to arrays; of those with equal stamps, the first one's joints are used."""
+    stamps_ns = np.array([each.stamp_ns for each in estimates], np.int64)
+    stamps_ns, rows = np.unique(stamps_ns, return_index=True)
+    joints = np.array([estimates[row].joints for row in rows.tolist()])
     return MethodRun(
-        series=series,
+        # The model gives every joint, tracked or not.
+        series=tracked_series(stamps_ns, joints.reshape(-1, len(JOINTS), 3)),
         estimates=series_of_estimates(estimates),
     )
+
+
+def tracked_series(stamps_ns: IntArray, positions: FloatArray) -> SkeletonSeries:
+    """A series in which all joints are tracked: stamps [ns], (n,), positions [m], (n, 15, 3)."""
+    state = np.full(positions.shape[:2], TrackingState.TRACKED, np.uint8)
+    return SkeletonSeries(stamps_ns=stamps_ns, positions=positions, tracking_state=state)
 
 
 def _rank(name: str) -> int:

@@ -162,13 +162,13 @@ def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) 
     positions = series.shifted(-shift_s).at(reference.stamps_ns)
     expected, found = without_sideways_flexion(known.angles), joint_angles(positions)
     own = series.between(int(reference.stamps_ns[0]), int(reference.stamps_ns[-1]))
-    errors = dict.fromkeys(JOINT_INDEX, np.nan)
+    errors_mm = dict.fromkeys(JOINT_INDEX, np.nan)
+    if joints is not None:
+        errors_mm = joint_errors_mm(positions, joints.at(reference.stamps_ns))
     return MethodScores(
         name=name,
         angles={angle: score_angle(found[angle], expected[angle]) for angle in ANGLES},
-        joint_error_mm=errors
-        if joints is None
-        else joint_errors_mm(positions, joints.at(reference.stamps_ns)),
+        joint_error_mm=errors_mm,
         bone_sd_mm=bone_length_sd_mm(own.positions),
         jerk=rms_jerk(own),
         shift_s=shift_s,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import ROOT_DOF, BodyEstimate, BodyModel, FloatArray
+from pose_core.stamps import NS_PER_S
 
 TOLERANCE = 1e-9  # [rad] for rounding errors
 STEP = np.radians(10.0)  # [rad] largest accepted step beyond the velocity
@@ -23,7 +24,6 @@ SILENCE_NS = 100_000_000  # [ns] a longer interval is a silence
 START_S = 2.0  # [s] duration of a start, also after a silence
 MOST_CHATTER = 2.0  # [-] of the start
 RATE_TOLERANCE = 0.02  # [-] of the rate
-NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True, kw_only=True)

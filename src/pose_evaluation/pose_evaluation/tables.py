@@ -169,7 +169,7 @@ def evaluation_csv(evaluation: Evaluation) -> str:
             rows.append((method.name, "rms_jerk", joint, jerk, "m/s^3"))
         rows.append((method.name, "time_shift", "", method.shift_s, "s"))
         rows.append((method.name, "coverage", "", method.coverage, "-"))
-    return _csv(_reference(evaluation.reference, evaluation.synthetic), rows)
+    return _csv(evaluation.reference, evaluation.synthetic, rows)
 
 
 def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
@@ -192,7 +192,7 @@ def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
             rows.append((name, "bone_length_sd", bone, each.bone_sd_mm[bone], "mm"))
         for joint, jerk in each.jerk.items():
             rows.append((name, "rms_jerk", joint, jerk, "m/s^3"))
-    return _csv(_reference("none", synthetic), rows)
+    return _csv("none", synthetic, rows)
 
 
 def _difference_table(view: ViewAgreement) -> Table:
@@ -210,11 +210,8 @@ def _difference_table(view: ViewAgreement) -> Table:
     )
 
 
-def _reference(name: str, synthetic: bool) -> str:
-    return f"{name}, synthetic subject" if synthetic else name
-
-
-def _csv(reference: str, rows: Sequence[tuple[str, str, str, float, str]]) -> str:
+def _csv(reference: str, synthetic: bool, rows: Sequence[tuple[str, str, str, float, str]]) -> str:
+    reference += ", synthetic subject" if synthetic else ""
     head = ("reference", "method", "quantity", "of", "value", "unit")
     return csv_text(head, ((reference, *names, float(value), unit) for *names, value, unit in rows))
 

@@ -44,29 +44,17 @@ def read(path: Path) -> tuple[ImuFrames, str]:
 
 def encode_all(frames: ImuFrames) -> list[bytes]:
     """Encode every frame for transmission."""
-    counts = zip(
-        frames.node_id.tolist(),
-        frames.sequence.tolist(),
-        frames.clock_us.tolist(),
-        frames.accelerometer.tolist(),
-        frames.gyroscope.tolist(),
-        frames.magnetometer.tolist(),
-        strict=True,
-    )
+    names = ("node_id", "sequence", "clock_us", "accelerometer", "gyroscope", "magnetometer")
+    columns = [getattr(frames, name).tolist() for name in names]
     return [
         encode(
             RawSample(
-                node_id=node_id,
-                sequence=sequence,
-                clock_us=clock_us,
-                accelerometer=tuple(accelerometer),
-                gyroscope=tuple(gyroscope),
-                magnetometer=tuple(magnetometer),
+                **dict(zip(names, row, strict=True)),
                 magnetometer_valid=True,
                 accelerometer_range=ACCELEROMETER_RANGE,
                 gyroscope_range=GYROSCOPE_RANGE,
                 magnetometer_range=MAGNETOMETER_RANGE,
             )
         )
-        for node_id, sequence, clock_us, accelerometer, gyroscope, magnetometer in counts
+        for row in zip(*columns, strict=True)
     ]

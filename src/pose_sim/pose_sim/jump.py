@@ -5,12 +5,12 @@ angles follow from the height of the hips above the floor (in contact) or the fe
 """
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BPoly, CubicSpline
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
 from pose_sim.body import ANKLE_HEIGHT, FOOT, SHANK, THIGH, Body, neutral_angles
-from pose_sim.timeline import Timeline, minimum_jerk, quintic
+from pose_sim.timeline import Profile, Timeline, minimum_jerk
 
 GRAVITY = 9.80665  # [m/s^2]
 CROUCH = 75.0  # [deg] bend of the legs at the start of the push-off
@@ -33,7 +33,7 @@ def jump(t: Timeline) -> None:
     t.wait(0.2)
     flight = _Flight(t.body, rise=0.095 + 0.02 * np.tanh(t.vary()))
     for name, values in crouched.items():
-        t.add_profile(name, flight.duration, _LegProfile(flight, name, float(values[0])))
+        t.add_profile(name, flight.duration, flight.leg_profile(name, float(values[0])))
     t.add_profile("clearance", flight.duration, flight.clearance)
     landed = t.now + flight.duration
     t.move(0.5, arms_up, advance=0.0)
@@ -83,10 +83,11 @@ class _Flight:
         speed = np.sqrt(2.0 * GRAVITY * rise)
         self._air = 2.0 * speed / GRAVITY  # [s]
         self._tuck = 1.3 * rise  # [m] height of the feet above the floor, at most
-        leaving = (take_off, speed, -GRAVITY)
-        landing = (take_off, -speed, -GRAVITY)
-        self._push = quintic(PUSH_TIME, (float(height(-CROUCH)), 0.0, 0.0), leaving)
-        self._absorb = quintic(ABSORB_TIME, landing, (float(height(-ABSORB)), 0.0, 0.0))
+        # Quintics between two states: height, velocity, acceleration.
+        crouching, leaving = (height(-CROUCH), 0.0, 0.0), (take_off, speed, -GRAVITY)
+        landing, absorbed = (take_off, -speed, -GRAVITY), (height(-ABSORB), 0.0, 0.0)
+        self._push = BPoly.from_derivatives([0.0, PUSH_TIME], [crouching, leaving])
+        self._absorb = BPoly.from_derivatives([0.0, ABSORB_TIME], [landing, absorbed])
         self._ballistic = np.polynomial.Polynomial([take_off, speed, -0.5 * GRAVITY])
         self.duration = PUSH_TIME + self._air + ABSORB_TIME
 
@@ -102,15 +103,6 @@ class _Flight:
         hips = np.where(ground >= 0.0, self._absorb(ground), hips)
         return self._bend(hips - self.clearance(t))
 
-
-class _LegProfile:
-    """Change of one leg angle since the start of the push-off."""
-
-    def __init__(self, flight: _Flight, name: str, start: float) -> None:
-        self._flight = flight
-        self._name = name
-        self._start = start
-
-    def __call__(self, t: FloatArray) -> FloatArray:
-        angles = _both_legs(leg_pose(self._flight.bend(t)))
-        return angles[self._name] - self._start
+    def leg_profile(self, name: str, start: float) -> Profile:
+        """Change of one leg angle [rad] from its value at the start of the push-off."""
+        return lambda t: _both_legs(leg_pose(self.bend(t)))[name] - start

@@ -15,8 +15,6 @@ from pose_core.plain_yaml import read_yaml
 from pose_core.stamps import NS_PER_S
 from pose_sim import imu_noise, kinect_noise
 from pose_sim.body import Body
-from pose_sim.captured.clip import Clip
-from pose_sim.captured.motion import motion_of
 from pose_sim.choreography import compose
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.kinect_noise import KinectParameters
@@ -116,34 +114,32 @@ def make_session(
     duration: float,
     seed: int,
     settings: Settings,
-    clip: Clip | None = None,
+    captured: Motion | None = None,
 ) -> Session:
     """Simulate a choreography with its Kinect and IMU measurements.
 
     Args:
-        choreography: One of :data:`pose_sim.choreography.CHOREOGRAPHIES`, or the clip's name.
+        choreography: One of :data:`pose_sim.choreography.CHOREOGRAPHIES`, or the captured
+            motion's name.
         duration: Duration [s].
         seed: Random seed; the same seed gives the same session.
         settings: The scene and the errors.
-        clip: Captured motion to use instead.
+        captured: Captured motion to use instead.
 
     Raises:
         InputError: If the choreography is unknown, or the duration too short.
     """
     place, heading = subject_place(settings.scene)
     body = Body(settings.scene.body_height)
-    if clip is None:
-        motion = compose(
-            choreography,
-            duration,
-            seed,
-            height=body.height,
-            variation=settings.variation,
-            place=place,
-            heading=heading,
-        )
-    else:
-        motion = motion_of(clip, duration, place=place, facing=heading)
+    motion = captured or compose(
+        choreography,
+        duration,
+        seed,
+        height=body.height,
+        variation=settings.variation,
+        place=place,
+        heading=heading,
+    )
     poses = sensor_poses(settings.scene)
     imu_rng = np.random.default_rng([seed, IMU_STREAM])
     heading_enu_map = float(imu_rng.uniform(-np.pi, np.pi))
@@ -154,7 +150,7 @@ def make_session(
         seed=seed,
         settings=settings,
         motion=motion,
-        is_captured=clip is not None,
+        is_captured=captured is not None,
         sensor_poses=poses,
         kinects=_watch(motion, poses, settings, seed),
         heading_enu_map=heading_enu_map,

@@ -136,22 +136,3 @@ def minimum_jerk(phase: FloatArray) -> FloatArray:
     """Minimum-jerk transition from 0 to 1 over phase 0 to 1, constant outside."""
     s = np.clip(phase, 0.0, 1.0)
     return s**3 * (10.0 + s * (6.0 * s - 15.0))
-
-
-def quintic(
-    duration: float, start: tuple[float, float, float], end: tuple[float, float, float]
-) -> np.polynomial.Polynomial:
-    """The quintic between two states (value, velocity, acceleration), as a function of time [s]."""
-    t = duration
-    system = np.array(
-        [[t**3, t**4, t**5], [3 * t**2, 4 * t**3, 5 * t**4], [6 * t, 12 * t**2, 20 * t**3]]
-    )
-    low = np.array([start[0], start[1], start[2] / 2.0])
-    rest = np.array(
-        [
-            end[0] - (low[0] + low[1] * t + low[2] * t**2),
-            end[1] - (low[1] + 2.0 * low[2] * t),
-            end[2] - 2.0 * low[2],
-        ]
-    )
-    return np.polynomial.Polynomial(np.concatenate((low, np.linalg.solve(system, rest))))

@@ -5,7 +5,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
 from pose_core.arrays import FloatArray
-from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_core.joints import JOINT_INDEX, JOINTS, LIMB_ENDS, SIDES
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.rotations import about_z
 
@@ -16,16 +16,7 @@ TOO_FAST = 3.0  # [m/s] speed at which the tracker loses a joint
 GLITCH_TIME = 0.12  # [s]
 NEUTRAL = np.array([0.0, 0.0, -1.0])  # direction of a hanging limb
 
-LIMB_PARENTS = {
-    f"{side}_{joint}": f"{side}_{parent}"
-    for side in SIDES
-    for joint, parent in (
-        ("elbow", "shoulder"),
-        ("hand", "elbow"),
-        ("knee", "hip"),
-        ("foot", "knee"),
-    )
-}
+LIMB_PARENTS = {joint: parent for parent, joint in LIMB_ENDS.values()}
 DIRECTIONS = {
     **{parent: (parent, joint) for joint, parent in LIMB_PARENTS.items()},
     **{joint: (parent, joint) for joint, parent in LIMB_PARENTS.items()},

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from imu_bridge.protocols.reading import STANDARD_GRAVITY
 from imu_bridge.protocols.star import (
     ACCELEROMETER_LSB,
     CLOCK_MODULUS_US,
@@ -25,7 +26,6 @@ from pose_sim.body import Body
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.motion import Motion, SegmentPath
 
-GRAVITY = 9.80665  # [m/s^2]
 ACCELEROMETER_RANGE = 2  # code: +-8 g
 GYROSCOPE_RANGE = 3  # code: +-2000 deg/s
 MAGNETOMETER_RANGE = 0  # code: 0.3 uT per count
@@ -141,7 +141,7 @@ def measure(
     path: SegmentPath = motion.segment(alignment.segment, alignment.place)
     R_sensor_map = (path.rotation(times) * alignment.R_segment_sensor).inv()
     turning = alignment.R_segment_sensor.inv().apply(path.angular_velocity(times))
-    force = R_sensor_map.apply(path.acceleration(times) + np.array([0.0, 0.0, GRAVITY]))
+    force = R_sensor_map.apply(path.acceleration(times) + np.array([0.0, 0.0, STANDARD_GRAVITY]))
     disturbed = field + alignment.disturbance + _slow_change(times, parameters, rng)
     count = len(times)
     walk = np.radians(parameters.gyroscope_bias_walk) / np.sqrt(parameters.sample_rate)
@@ -168,9 +168,8 @@ def to_frames(
     for node_id, measured in measurements.items():
         count = len(measured.sample_s)
         late = parameters.radio_latency + rng.exponential(1.0, count) * parameters.radio_jitter
-        arrival = np.maximum.accumulate(
-            measured.sample_s + late
-        )  # a node's frames keep their order
+        # A node's frames keep their order.
+        arrival = np.maximum.accumulate(measured.sample_s + late)
         columns["due_ns"].append(np.round(arrival * NS_PER_S).astype(np.int64))
         columns["node_id"].append(np.full(count, node_id, dtype=np.uint8))
         sequence = (rng.integers(SEQUENCE_MODULUS) + np.arange(count)) % SEQUENCE_MODULUS

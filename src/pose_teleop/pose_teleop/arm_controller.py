@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.api import FloatArray
+from pose_core.joints import SIDES
 from pose_core.stamps import NS_PER_S
 from pose_teleop.arm_mapping import ArmMapping, JointMapping, WristMapping
 from pose_teleop.input_monitor import InputMonitor, Now
@@ -27,11 +28,6 @@ class ArmCommand:
     motions: tuple[Motion, ...]  # (k,) the next one, then the stopping trajectory
 
 
-def robot_side(side: str, mirror: bool) -> str:
-    """Side of the robot's arm for a side of the person."""
-    return {"left": "right", "right": "left"}[side] if mirror else side
-
-
 class ArmController:
     """Algorithm of the node ``arm``, without ROS.
 
@@ -49,24 +45,12 @@ class ArmController:
 
     def __init__(self, parameters: ArmParameters) -> None:
         self._parameters = p = parameters
-        side = robot_side(p.side, p.mirror)
+        side = SIDES[1 - SIDES.index(p.side)] if p.mirror else p.side
         self.robot = RobotArm(load_robot(p.robot, side, p.urdf))
         limits = command_limits(self.robot, p)
         self.limiter = MotionLimiter(limits)
-        self.monitor = InputMonitor(
-            side=p.side,
-            max_age_s=p.max_age,
-            max_deviation_m=p.max_deviation,
-            max_jump=p.max_jump,
-        )
-        self.supervisor = Supervisor(
-            settle_s=p.settle_time,
-            soft_velocity=p.soft_velocity,
-            full_velocity=float(limits.velocity.max()),
-            soft_tolerance=p.soft_tolerance,
-            ramp_s=p.ramp_time,
-            must_let_go=p.dead_man != "none",
-        )
+        self.monitor = InputMonitor(p)
+        self.supervisor = Supervisor(p, full_velocity=float(limits.velocity.max()))
         self._mapping: ArmMapping | None = None
         if p.mode == "joints":
             self._mapping = JointMapping(self.robot)

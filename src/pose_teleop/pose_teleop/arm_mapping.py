@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
@@ -91,7 +92,9 @@ class WristMapping(ArmMapping):
     def __init__(self, arm: RobotArm, person: PersonArm, mirror: bool, scale: float) -> None:
         self._arm, self._person = arm, person
         self._solver = InverseKinematics(arm)
-        self._R_root_trunk = _rotation(arm.file.mount).T @ np.diag([1.0, -1.0 if mirror else 1, 1])
+        # Roll, pitch, yaw about fixed axes, as in URDF.
+        R_trunk_root = Rotation.from_euler("xyz", arm.file.mount).as_matrix()
+        self._R_root_trunk = R_trunk_root.T @ np.diag([1.0, -1.0 if mirror else 1.0, 1.0])
         self._scale = scale
         self._before: FloatArray | None = None
 
@@ -123,10 +126,3 @@ class WristMapping(ArmMapping):
             tool=shoulder + turned[:, 1] * ratio,
             direction=turned[:, 2] / np.linalg.norm(turned[:, 2]),
         )
-
-
-def _rotation(rpy: tuple[float, ...]) -> FloatArray:
-    """Matrix of roll, pitch, yaw [rad] about fixed axes, as in URDF."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_euler("xyz", rpy).as_matrix())

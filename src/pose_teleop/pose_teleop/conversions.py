@@ -17,7 +17,6 @@ from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_node.conversions import ns_to_stamp
 from pose_teleop.arm_controller import ArmCommand
 from pose_teleop.input_monitor import Estimate, JointStates
-from pose_teleop.motion_limiter import Motion
 from pose_teleop.retargeting import NamedPoses
 from pose_teleop.robot_dynamics import TrajectoryPoints
 
@@ -86,13 +85,15 @@ def to_points(message: JointTrajectory, joints: Sequence[str]) -> TrajectoryPoin
     return TrajectoryPoints(times_s=np.array(times), position=position, velocity=velocity)
 
 
-def to_display(motion: Motion, joints: Sequence[str], stamp_ns: int) -> JointState:
-    """Convert a motion to joint states, for display."""
+def robot_states(
+    joints: Sequence[str], stamp_ns: int, position: FloatArray, velocity: FloatArray | None = None
+) -> JointState:
+    """Create a robot's joint states from angles [rad] and velocities [rad/s], (n,)."""
     return JointState(
         header=header(stamp_ns),
         name=list(joints),
-        position=motion.position.tolist(),
-        velocity=motion.velocity.tolist(),
+        position=position.tolist(),
+        velocity=[] if velocity is None else velocity.tolist(),
     )
 
 

@@ -42,15 +42,9 @@ def body_places(
         in_body: Whether the result is in the person's own frame; otherwise in map.
     """
     rotation = Rotation.from_quat(xyzw)
-    short = tuple(name.removesuffix(f"_{subject}") for name in names)
-    if in_body:
-        inside = np.vstack([np.zeros(3), position[1:]])
-        return BodyPlaces(
-            names=short,
-            position=inside,
-            rotation=Rotation.concatenate([Rotation.identity(), rotation[1:]]),
-        )
-    body = rotation[0]
-    in_map = np.vstack([position[0], body.apply(position[1:]) + position[0]])
-    turned = Rotation.concatenate([body, body * rotation[1:]])
-    return BodyPlaces(names=short, position=in_map, rotation=turned)
+    body, origin = (Rotation.identity(), np.zeros(3)) if in_body else (rotation[0], position[0])
+    return BodyPlaces(
+        names=tuple(name.removesuffix(f"_{subject}") for name in names),
+        position=np.vstack([origin, body.apply(position[1:]) + origin]),
+        rotation=Rotation.concatenate([body, body * rotation[1:]]),
+    )

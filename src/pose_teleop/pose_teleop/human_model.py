@@ -141,11 +141,9 @@ def human_urdf(offsets: Mapping[str, FloatArray], body: str) -> str:
         ElementTree.SubElement(found, "origin", xyz=" ".join(f"{x:.5g}" for x in origin))
         if kind == "revolute":
             ElementTree.SubElement(found, "axis", xyz=" ".join(map(str, axes[joint])))
-            limit = ElementTree.SubElement(found, "limit")
-            limit.set("lower", f"{-2 * PI:.5f}")
-            limit.set("upper", f"{2 * PI:.5f}")
-            limit.set("effort", f"{LARGEST_EFFORT:g}")
-            limit.set("velocity", f"{LARGEST_RATE:g}")
+            turn = {"lower": f"{-2 * PI:.5f}", "upper": f"{2 * PI:.5f}"}
+            most = {"effort": f"{LARGEST_EFFORT:g}", "velocity": f"{LARGEST_RATE:g}"}
+            ElementTree.SubElement(found, "limit", turn | most)
         return child
 
     def chain(parent: str, origin: FloatArray, *links: tuple[str, str]) -> str:
@@ -186,13 +184,8 @@ def joint_offsets(urdf: str, subject: str) -> dict[str, FloatArray]:
         "neck": origins["neck_flexion"],
     }
     for side in SIDES:
-        for joint, name in (
-            ("shoulder", "shoulder_flexion"),
-            ("elbow", "elbow_flexion"),
-            ("hip", "hip_flexion"),
-            ("knee", "knee_flexion"),
-        ):
-            found[f"{side}_{joint}"] = origins[f"{side}_{name}"]
+        for joint in ("shoulder", "elbow", "hip", "knee"):
+            found[f"{side}_{joint}"] = origins[f"{side}_{joint}_flexion"]
         for joint in ("hand", "foot"):
             found[f"{side}_{joint}"] = origins[f"{side}_{joint}_joint_{subject}"]
     return found

@@ -8,6 +8,7 @@ import numpy as np
 from pose_core.api import FloatArray
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
+from pose_teleop.parameters import ArmParameters
 from pose_teleop.person_arm import PersonArm, angle_names, bone_lengths
 from pose_teleop.supervisor import Fault
 
@@ -53,19 +54,13 @@ class InputMonitor:
         arm: The person's arm, once its URDF has arrived.
 
     Args:
-        side: Side of the person's arm.
-        max_age_s: Largest age of joint states and estimates [s].
-        max_deviation_m: Largest standard deviation of the hand's position [m].
-        max_jump: Largest step of an angle between two joint states [rad].
+        parameters: The arm's side; largest age, jump and standard deviation.
     """
 
-    def __init__(
-        self, *, side: str, max_age_s: float, max_deviation_m: float, max_jump: float
-    ) -> None:
-        self._names = angle_names(side)
-        self._side = side
-        self._max_age_ns = round(max_age_s * NS_PER_S)
-        self._max_deviation_m, self._max_jump = max_deviation_m, max_jump
+    def __init__(self, parameters: ArmParameters) -> None:
+        self._parameters = parameters
+        self._names = angle_names(parameters.side)
+        self._max_age_ns = round(parameters.max_age * NS_PER_S)
         self.counters = Counters("joint_states", "estimates", *(f.name.lower() for f in Fault))
         self.arm: PersonArm | None = None
         self.angles: FloatArray = np.zeros(4)
@@ -80,16 +75,15 @@ class InputMonitor:
         self._content: dict[str, Fault | None] = {"angles": None, "estimate": None}
         self._troubles: dict[Fault, int] = {}  # end of each fault, monotonic time
 
-    def add_urdf(self, text: str, now: Now) -> bool:
-        """Set the person's kinematic tree; returns whether it is another person's."""
+    def add_urdf(self, text: str, now: Now) -> None:
+        """Set the person's kinematic tree."""
         bones = bone_lengths(text)
         before, self._bones = self._bones, bones
-        self.arm = PersonArm(text, self._side)
-        if before is None:
-            return True
-        if before.shape != bones.shape or np.abs(bones - before).max() > SAME_PERSON:
+        self.arm = PersonArm(text, self._parameters.side)
+        if before is not None and (
+            before.shape != bones.shape or np.abs(bones - before).max() > SAME_PERSON
+        ):
             self._trouble(Fault.PERSON_CHANGED, now)
-        return True
 
     def add_joint_states(self, states: JointStates, now: Now) -> None:
         """Add joint states of the person."""
@@ -107,7 +101,7 @@ class InputMonitor:
             self._content["angles"] = Fault.NOT_FINITE
             return
         is_fresh = before is not None and not self._is_old(before, now)
-        if is_fresh and np.abs(angles - self.angles).max() > self._max_jump:
+        if is_fresh and np.abs(angles - self.angles).max() > self._parameters.max_jump:
             self._trouble(Fault.JUMPED, now)
         self._content["angles"] = None
         self.angles, self.rates = angles, rates
@@ -128,7 +122,7 @@ class InputMonitor:
             # Joint states hold an unknown angle, while its standard deviation grows.
             held = np.where(np.isfinite(known), known, self.angles)
             self.deviation_m = self.arm.hand_deviation(held, stddev)
-        if not self.deviation_m > self._max_deviation_m:
+        if not self.deviation_m > self._parameters.max_deviation:
             self._certain_ns = now.steady_ns
         is_uncertain = now.steady_ns - self._certain_ns > UNCERTAIN_NS
         self._content["estimate"] = Fault.UNCERTAIN if is_uncertain else None

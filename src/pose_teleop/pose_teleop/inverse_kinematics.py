@@ -44,21 +44,17 @@ class InverseKinematics:
 
     def solve(self, goal: ArmGoal, start: FloatArray, iterations: int) -> FloatArray:
         """The angles [rad], (n,), after at most ``iterations`` steps from ``start`` [rad], (n,)."""
-        arm = self._arm
-        q = np.clip(start, arm.lower, arm.upper)
+        lower, upper = self._arm.lower, self._arm.upper
+        q = np.clip(start, lower, upper)
         for _ in range(iterations):
             step = self._step(goal, q)
             largest = np.abs(step).max()
-            moved = np.clip(q + step * min(1.0, LARGEST_STEP / (largest + 1e-12)), *self._limits)
+            moved = np.clip(q + step * min(1.0, LARGEST_STEP / (largest + 1e-12)), lower, upper)
             done = np.abs(moved - q).max() < CONVERGED
             q = moved
             if done:
                 break
         return q
-
-    @property
-    def _limits(self) -> tuple[FloatArray, FloatArray]:
-        return self._arm.lower, self._arm.upper
 
     def _step(self, goal: ArmGoal, q: FloatArray) -> FloatArray:
         arm, frames = self._arm, self._arm.file

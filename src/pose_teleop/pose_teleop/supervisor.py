@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from pose_core.stamps import NS_PER_S
+from pose_teleop.parameters import ArmParameters
 
 
 class State(Enum):
@@ -65,35 +66,20 @@ class Supervisor:
         fault: The last fault, or the one that prevents a start; None while the robot follows.
 
     Args:
-        settle_s: Duration without fault before a start [s].
-        soft_velocity: Velocity limit in the soft start [rad/s].
+        parameters: Times, velocity and tolerance of the start; kind of the dead-man input.
         full_velocity: Velocity limit of the fastest joint [rad/s].
-        soft_tolerance: Distance at which the soft start ends [rad].
-        ramp_s: Time from the soft start's velocity to the full one [s].
-        must_let_go: Whether there is a dead-man input that can be released.
     """
 
-    def __init__(
-        self,
-        *,
-        settle_s: float,
-        soft_velocity: float,
-        full_velocity: float,
-        soft_tolerance: float,
-        ramp_s: float,
-        must_let_go: bool,
-    ) -> None:
+    def __init__(self, parameters: ArmParameters, full_velocity: float) -> None:
         self.state = State.WAITING
         self.fault: Fault | None = Fault.NOT_HELD
-        self._settle_ns = round(settle_s * NS_PER_S)
-        self._ramp_ns = round(ramp_s * NS_PER_S)
-        self._soft_velocity, self._full_velocity = soft_velocity, full_velocity
-        self._soft_tolerance = soft_tolerance
-        self._can_latch = must_let_go
+        self._parameters, self._full_velocity = parameters, full_velocity
+        self._settle_ns = round(parameters.settle_time * NS_PER_S)
+        self._ramp_ns = round(parameters.ramp_time * NS_PER_S)
         self._is_latched = False
         self._well_since_ns: int | None = None
         self._moving_since_ns = 0  # in this state
-        self._begun_at = soft_velocity  # velocity limit at the start of FOLLOWING
+        self._begun_at = parameters.soft_velocity  # velocity limit at the start of FOLLOWING
         self._now_ns = 0
 
     @property
@@ -107,7 +93,7 @@ class Supervisor:
             share = min(1.0, since_ns / max(self._ramp_ns, 1))
             return self._begun_at + (self._full_velocity - self._begun_at) * share
         late_s = max(0.0, since_ns / NS_PER_S - SOFT_S)
-        return min(self._soft_velocity * (1.0 + late_s), self._full_velocity)
+        return min(self._parameters.soft_velocity * (1.0 + late_s), self._full_velocity)
 
     def update(self, situation: Situation) -> State:
         """Update the state machine; returns the new state."""
@@ -123,19 +109,21 @@ class Supervisor:
         elif self._well_since_ns is None:
             self._well_since_ns = situation.now_ns
         moves = self.state in (State.SOFT_START, State.FOLLOWING)
+        near = self._parameters.soft_tolerance
         if moves and not is_well:
             self.state = State.SLOWING
         elif self.state is State.SLOWING and situation.is_at_rest:
             self.state = State.FROZEN
         elif self.state in (State.FROZEN, State.WAITING):
             self._wait(is_well)
-        elif self.state is State.SOFT_START and situation.distance() < self._soft_tolerance:
+        elif self.state is State.SOFT_START and situation.distance() < near:
             self._begun_at = self.fastest
             self.state, self._moving_since_ns = State.FOLLOWING, situation.now_ns
         return self.state
 
     def _latch(self, fault: Fault | None, is_held: bool) -> None:
-        if fault in LATCHED and self._can_latch and self.state is not State.WAITING:
+        can_be_released = self._parameters.dead_man != "none"
+        if fault in LATCHED and can_be_released and self.state is not State.WAITING:
             self._is_latched = True
         elif not is_held:
             self._is_latched = False

@@ -48,10 +48,10 @@ class Stamped(Generic[T]):
         self.items = [self.items[k] for k in order]
         self.stamps_ns = [self.stamps_ns[k] for k in order]
 
-    def at(self, stamp_ns: int, hold_s: float = LONGEST_HOLD_S) -> T | None:
-        """The last item up to a stamp [ns], unless it is older than ``hold_s``."""
+    def at(self, stamp_ns: int) -> T | None:
+        """The last item up to a stamp [ns], unless it is older than :data:`LONGEST_HOLD_S`."""
         index = int(np.searchsorted(self.stamps_ns, stamp_ns, side="right")) - 1
-        if index < 0 or stamp_ns - self.stamps_ns[index] > hold_s * NS_PER_S:
+        if index < 0 or stamp_ns - self.stamps_ns[index] > LONGEST_HOLD_S * NS_PER_S:
             return None
         return self.items[index]
 
@@ -80,7 +80,6 @@ class Recorded:
         self._raw: dict[str, Stamped[tuple[RawSkeleton, ...]]] = {}
         self._dof: dict[tuple[str, int], DofSnapshot] = {}
         self._rotations: dict[tuple[str, int], dict[str, FloatArray]] = {}
-        self._skeletons: list[tuple[str, Any]] = []
         self.imus: tuple[str, ...] = ()
         self._read(bag, progress or (lambda _: None))
         if not self.bodies and not self._raw:
@@ -128,8 +127,13 @@ class Recorded:
 
     def _read(self, bag: BagReader, progress: Progress) -> None:
         sensors = {topic: name for name, topic in sensor_topics(bag).items()}
-        bodies = {topic: m for topic in bag.topics if (m := BODY_TOPIC.match(topic))}
+        bodies = {
+            topic: (match["body"], match["leaf"])
+            for topic in bag.topics
+            if (match := BODY_TOPIC.match(topic))
+        }
         wanted = [*sensors, *bodies, "/tf"]
+        skeletons: list[tuple[str, Any]] = []
         span_ns = max(1, bag.end_ns - bag.start_ns)
         for index, message in enumerate(bag.messages(wanted)):
             if index % 64 == 0:
@@ -138,12 +142,18 @@ class Recorded:
             if message.topic in sensors:
                 self._add_raw(sensors[message.topic], content)
             elif message.topic in bodies:
-                self._add_of_body(bodies[message.topic], content)
+                body, leaf = bodies[message.topic]
+                if leaf == "skeleton":
+                    skeletons.append((body, content))
+                else:
+                    self._dof[body, nanoseconds(content.header.stamp)] = dof_snapshot(content)
             elif (found := link_rotations(content)) is not None:
                 self._rotations[found[:2]] = found[2]
-        for body, skeleton in self._skeletons:
-            self._add_body_at(body, skeleton)
-        self._skeletons.clear()
+        # After all estimates and links, which belong to the skeletons of the same instants.
+        for body, skeleton in skeletons:
+            key = body, nanoseconds(skeleton.header.stamp)
+            pose = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
+            self.bodies.setdefault(body, Stamped()).add(pose.stamp_ns, pose)
         for shown in self.bodies.values():
             shown.sort()
         for seen in self._raw.values():
@@ -158,16 +168,3 @@ class Recorded:
         if seen:
             raw = tuple(raw_skeleton(sample) for sample in seen)
             self._raw.setdefault(sensor, Stamped()).add(seen[0].stamp_ns, raw)
-
-    def _add_of_body(self, match: Any, content: Any) -> None:
-        body = match["body"]
-        if match["leaf"] == "skeleton":
-            self._skeletons.append((body, content))
-            return
-        self._dof[body, nanoseconds(content.header.stamp)] = dof_snapshot(content)
-
-    def _add_body_at(self, body: str, skeleton: Any) -> None:
-        """Add one skeleton, with the estimate and the links of the same instant."""
-        key = (body, nanoseconds(skeleton.header.stamp))
-        shown = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
-        self.bodies.setdefault(body, Stamped()).add(shown.stamp_ns, shown)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
 from pose_core.stamps import NS_PER_S, nanoseconds
-from pose_view.body.mesh import Mesh
+from pose_view.mesh import Mesh
 
 ROOT = "robot"  # its root frame, and the prefix of its links' frames
 TRIANGLE_LIST = 11  # of visualization_msgs/Marker

@@ -3,6 +3,8 @@ import io
 
 import numpy as np
 import pytest
+from rich.console import Console
+from rich.progress import Progress
 
 from pose_bench import kinectmultitrack, uiprmd
 from pose_bench.one_camera import RAW
@@ -132,13 +134,11 @@ def test_bad_arguments_end_in_one_line(arguments, message):
 
 
 def test_results_keep_the_order_of_the_arguments_in_several_processes():
-    told = []
-    powers = run_all(
-        pow, [(2, n) for n in range(6)], jobs=2, progress=lambda *count: told.append(count)
-    )
+    with Progress(console=Console(quiet=True)) as bar:
+        powers = run_all(pow, [(2, n) for n in range(6)], jobs=2, bar=bar, name="powers")
 
     assert powers == [1, 2, 4, 8, 16, 32]
-    assert told == [(n, 6) for n in range(7)]
+    assert [(task.completed, task.total) for task in bar.tasks] == [(6, 6)]
 
 
 @pytest.mark.data

@@ -1,32 +1,28 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from pose_bench.scoring import coverage, dof_errors
+from pose_bench.scoring import coverage, dof_errors, truth_of_series
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_core.body.joint_angles import ANGLES
 from pose_core.streams.estimate_series import EstimateSeries
 from pose_evaluation.offline import MethodRun
-from pose_sim.angles import JOINT_NAMES
 
 
-@pytest.fixture(scope="module")
-def session():
-    spec = SessionSpec(choreography="squats", level="clean", seed=4, duration_s=20.0)
-    return bench_session(spec, imus=False)
+def truth_of(choreography, duration_s):
+    spec = SessionSpec(choreography=choreography, level="clean", seed=4, duration_s=duration_s)
+    session = bench_session(spec, imus=False)
+    return truth_of_series(session.truth, int(session.judged_truth.stamps_ns[0]))
 
 
-def run_of(session, shift_ns=0, error=0.0, stddev=0.1):
-    """A method that gives the true joints, late, and angles with a constant error [rad]."""
-    truth = session.truth
-    stamps_ns = truth.stamps_ns + shift_ns
-    position = np.stack([session.true_angles[name] for name in JOINT_NAMES], axis=1) + error
+def run_of(truth, error=0.0, stddev=0.1):
+    """A method that gives the true joints, and angles with a constant error [rad]."""
+    stamps_ns = truth.whole.stamps_ns
+    position = np.stack([truth.angles[name] for name in ANGLES], axis=1) + error
     return MethodRun(
-        series=replace(truth, stamps_ns=stamps_ns),
+        series=truth.whole,
         estimates=EstimateSeries(
             stamps_ns=stamps_ns,
-            names=JOINT_NAMES,
+            names=ANGLES,
             position=position,
             position_stddev=np.full_like(position, stddev),
             weight_kinect=np.ones_like(position),
@@ -37,10 +33,10 @@ def run_of(session, shift_ns=0, error=0.0, stddev=0.1):
     )
 
 
-def test_errors_of_published_degrees_of_freedom_are_held_against_their_standard_deviations(session):
+def test_errors_of_published_degrees_of_freedom_are_held_against_their_standard_deviations():
+    truth = truth_of("squats", 20.0)
     for stddev, within in ((0.06, (0.0, 1.0)), (0.04, (0.0, 0.0)), (0.2, (1.0, 1.0))):
-        run = run_of(session, error=0.1, stddev=stddev)
-        errors = dof_errors(run, session, 0.0, ANGLES)
+        errors = dof_errors(run_of(truth, error=0.1, stddev=stddev), truth, 0.0)
 
         assert coverage(errors) == pytest.approx(within, abs=0.01)
         for error, _ in errors.values():
@@ -64,13 +60,11 @@ def test_unknown_standard_deviations_and_errors_do_not_count():
 
 
 def test_flexion_of_a_limb_that_points_sideways_is_left_out():
-    spec = SessionSpec(choreography="arm_raises", level="clean", seed=4, duration_s=26.0)
-    session = bench_session(spec, imus=False)
+    truth = truth_of("arm_raises", 26.0)
 
-    errors, _ = dof_errors(run_of(session), session, 0.0, ANGLES)["left_shoulder_flexion"]
+    errors, _ = dof_errors(run_of(truth), truth, 0.0)["left_shoulder_flexion"]
 
-    sideways = np.abs(session.true_angles["left_shoulder_abduction"]) > np.radians(60.0)
-    judged = session.truth.stamps_ns >= session.judged_truth.stamps_ns[0]
-    judged &= session.truth.stamps_ns <= session.judged_truth.stamps_ns[-1]
+    sideways = np.abs(truth.angles["left_shoulder_abduction"]) > np.radians(60.0)
+    judged = truth.whole.stamps_ns >= truth.judged.stamps_ns[0]
     assert sideways[judged].sum() > 20
     assert np.array_equal(np.isnan(errors), sideways[judged])

@@ -2,6 +2,7 @@
 
 import pytest
 
+from pose_teleop.parameters import ArmParameters
 from pose_teleop.supervisor import LATCHED, Fault, Situation, State, Supervisor
 
 STEP_NS = 10_000_000
@@ -11,14 +12,14 @@ class Story:
     """A supervisor, and what it is told."""
 
     def __init__(self, must_let_go=True):
-        self.supervisor = Supervisor(
-            settle_s=0.1,
+        parameters = ArmParameters(
+            settle_time=0.1,
             soft_velocity=0.5,
-            full_velocity=8.0,
             soft_tolerance=0.1,
-            ramp_s=1.0,
-            must_let_go=must_let_go,
+            ramp_time=1.0,
+            dead_man="heartbeat" if must_let_go else "none",
         )
+        self.supervisor = Supervisor(parameters, full_velocity=8.0)
         self.now_ns = 0
 
     def go(self, steps=1, fault=None, held=True, at_rest=False, distance=1.0):

@@ -9,12 +9,12 @@ from synthetic_body import SHAPE
 from viewed_bag import moving_joints
 
 from pose_core.estimates.body_estimates import Source
-from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS, TrackingState
 from pose_view.body.joint_marks import COLORS, DOF_OF_JOINT, joint_marks, make_balls
 from pose_view.body.measures import MeasuredBody, measure
-from pose_view.body.mesh import box, ellipsoid, loft
 from pose_view.body.parts import PARTS, make_parts
-from pose_view.body.poses import ENDS, part_poses, quaternions
+from pose_view.body.poses import part_poses, quaternions
+from pose_view.mesh import ellipsoid, loft
 from pose_view.snapshot import BodySnapshot, DofSnapshot
 
 JOINTS = moving_joints(6.0)[::10]
@@ -50,7 +50,6 @@ def body(state=TrackingState.TRACKED, **dof):
 
 
 SURFACES = {
-    "box": box((1.0, 2.0, 3.0)),
     "ellipsoid": ellipsoid((0.1, 0.2, 0.3)),
     "loft": loft([(0.0, 0.1, 0.2), (1.0, 0.2, 0.1, 0.05)]),
     **make_parts(MEASURES),
@@ -93,10 +92,10 @@ def test_every_limb_reaches_from_its_joint_to_the_next(frame):
     positions, rotations = part_poses(JOINTS[frame])
 
     for part in PARTS:
-        side, _, limb = part.partition("_")
-        if limb not in ENDS:
+        if part not in LIMB_ENDS:
             continue
-        start, end = (JOINTS[frame, JOINT_INDEX[f"{side}_{joint}"]] for joint in ENDS[limb])
+        side, _, limb = part.partition("_")
+        start, end = (JOINTS[frame, JOINT_INDEX[joint]] for joint in LIMB_ENDS[part])
         index = PARTS.index(part)
         length = getattr(MEASURES, limb)[0 if side == "left" else 1]
         np.testing.assert_allclose(positions[index], start)

@@ -9,8 +9,7 @@ from pose_core.api import ANGLES
 from pose_evaluation.agreement import Agreement, MethodStability, ViewAgreement
 from pose_evaluation.table import Table, number_row
 from pose_view.report.page.page import verdict
-from pose_view.report.page.section import Section
-from pose_view.report.page.sections import without_empty
+from pose_view.report.page.sections import Section, without_empty
 from pose_view.report.recording import Recording, usual_methods
 
 VIEW = ViewAgreement(

@@ -1,10 +1,10 @@
 """Faults of the graph: nodes that crash or hang, and floods of diagnostics."""
 
-from pose_bench.faults.fault import Fault, Signal, Window
+from pose_bench.faults.fault import Change, Fault, Signal, Window
 from pose_bench.faults.packets import Note, Packet
 
 
-def _diagnostics(rate: float):  # type: ignore[no-untyped-def]
+def _diagnostics(rate: float) -> Change:
     """A publisher that floods ``/diagnostics``."""
 
     def flood(packets: list[Packet], window: Window) -> list[Packet]:

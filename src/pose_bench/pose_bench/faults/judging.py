@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_bench.faults.fault import Fault
-from pose_bench.faults.heard import Heard, Poses
 from pose_core.api import joint_angles, without_sideways_flexion, wrapped
 from pose_core.arrays import FloatArray
-from pose_core.joints import JOINT_INDEX
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
 from pose_node.node_status import NodeStatus
 from pose_sim.captured.trackers import at
@@ -21,10 +20,34 @@ MOST_RATIO = 2.0  # [-] largest ratio of the RMSE to that without the lost sourc
 MOST_SAID_S, MOST_RECOVERY_S = 1.0, 3.0
 AHEAD_NS = 2_000_000  # [ns] by which a stamp may be ahead of its arrival, as clocks are read twice
 GAP_NS = 300_000_000  # [ns] after a longer gap, steps are not evaluated
-BONES = [("left_shoulder", "left_elbow"), ("left_elbow", "left_hand"), ("left_hip", "left_knee"),
-         ("left_knee", "left_foot"), ("right_shoulder", "right_elbow"),
-         ("right_elbow", "right_hand"), ("right_hip", "right_knee"),
-         ("right_knee", "right_foot"), ("torso", "neck"), ("left_hip", "right_hip")]  # fmt: skip
+BONES = [*LIMB_ENDS.values(), ("torso", "neck"), ("left_hip", "right_hip")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poses:
+    """n messages of one topic."""
+
+    stamps_ns: NDArray[np.int64]  # (n,)
+    arrived_ns: NDArray[np.int64]  # (n,)
+    values: FloatArray  # (n, joints) [rad], or (n, 15, 3) [m]
+
+    def between(self, begin_ns: int, end_ns: int) -> "Poses":
+        """The messages that arrived in an interval [ns]."""
+        rows = (self.arrived_ns >= begin_ns) & (self.arrived_ns < end_ns)
+        return Poses(
+            stamps_ns=self.stamps_ns[rows],
+            arrived_ns=self.arrived_ns[rows],
+            values=self.values[rows],
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heard:
+    """All received messages."""
+
+    joints: Poses
+    bodies: Poses
+    said: Sequence[NodeStatus]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.api import ImuSample, SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
-from pose_sim.captured.session import CapturedSession
+from pose_sim.captured.session import START_NS, CapturedSession
 
 CAMERA_DELAY_S, IMU_DELAY_S = 0.02, 0.005  # [s] from capture to publication
 IMU_VARIANCES = (4e-4, 4e-4, 0.04)  # [rad²] of an orientation: tilt, tilt, heading
@@ -63,34 +64,32 @@ class Note(Packet):
     values: Mapping[str, Any] = field(default_factory=dict)
 
 
-def packets_of(session: CapturedSession, start_ns: int) -> list[Packet]:
+def packets_of(session: CapturedSession) -> list[Packet]:
     """All packets of a session's sensors without faults, in the order of publication."""
-    packets: list[Packet] = []
-    for sensor, frames in session.frames.items():
-        for row, stamp_s in enumerate(frames.stamps_s.tolist()):
-            person = Person(
-                id="1",
-                names=JOINTS,
-                positions=frames.positions[row],
-                states=frames.tracking_state[row],
-            )
-            packets.append(
-                Frame(
-                    at_s=stamp_s + CAMERA_DELAY_S,
-                    source=sensor,
-                    stamp_ns=start_ns + round(stamp_s * NS_PER_S),
-                    persons=(person,),
-                )
-            )
-    for stream in session.imus:
-        for row, stamp_s in enumerate(stream.stamps_s.tolist()):
-            packets.append(
-                Imu(
-                    at_s=stamp_s + IMU_DELAY_S,
-                    source=f"imu/{stream.segment}",
-                    stamp_ns=start_ns + round(stamp_s * NS_PER_S),
-                    orientation=stream.orientation[row],
-                    rate=stream.angular_velocity[row],
-                )
-            )
+    packets = [packet_of(sample) for sample in session.samples(imus=True)]
     return sorted(packets, key=lambda packet: packet.at_s)
+
+
+def packet_of(*samples: SkeletonSample | ImuSample) -> Packet:
+    """The packet of an IMU's sample, or of the persons in one frame, of a captured session."""
+    first = samples[0]
+    captured_s = (first.stamp_ns - START_NS) / NS_PER_S
+    if isinstance(first, ImuSample):
+        return Imu(
+            at_s=captured_s + IMU_DELAY_S,
+            source=f"imu/{first.segment}",
+            stamp_ns=first.stamp_ns,
+            orientation=first.orientation,
+            rate=first.angular_velocity,
+        )
+    persons = (
+        Person(id=p.person, names=JOINTS, positions=p.positions, states=p.tracking_state)
+        for p in samples
+        if isinstance(p, SkeletonSample)
+    )
+    return Frame(
+        at_s=captured_s + CAMERA_DELAY_S,
+        source=first.sensor,
+        stamp_ns=first.stamp_ns,
+        persons=tuple(persons),
+    )

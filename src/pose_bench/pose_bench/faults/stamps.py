@@ -1,5 +1,6 @@
 """Faults of clocks and stamps."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -40,11 +41,11 @@ def _backwards(packet: Packet, window: Window) -> float:
     return -2.0 * (packet.at_s - window.begin_s)
 
 
-def _by(seconds: float):  # type: ignore[no-untyped-def]
+def _by(seconds: float) -> Callable[[Any, Window], float]:
     return lambda _packet, _window: seconds
 
 
-def _jitter(seconds: float):  # type: ignore[no-untyped-def]
+def _jitter(seconds: float) -> Callable[[Any, Window], float]:
     return lambda _packet, window: window.rng.uniform(-seconds, seconds)
 
 

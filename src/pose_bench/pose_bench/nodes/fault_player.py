@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from pose_bench.faults.heard import Heard, Poses
+from pose_bench.faults.judging import Heard, Poses
 from pose_bench.faults.packets import Frame, Imu, Note, Packet
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_fusion.nodes.qos import latched
@@ -90,9 +91,10 @@ class FaultPlayer(Node):
         until_s: float,
     ) -> None:
         """Publish all messages and run all actions at their times."""
+        publishers = self._publishers_by_topic
         begin = time.monotonic() + (start_ns - time.time_ns()) / NS_PER_S
         todo: list[tuple[float, Callable[[], None]]] = sorted(
-            [*acts, *((at, _publishing(self._publishers_by_topic[t], d)) for at, t, _, d in plan)],
+            [*acts, *((at, partial(publishers[topic].publish, d)) for at, topic, _, d in plan)],
             key=lambda each: each[0],
         )
         for at_s, do in todo:
@@ -133,10 +135,6 @@ def new_player() -> FaultPlayer:
 
 def _noting(noted: list[tuple[int, bytes]]) -> Callable[[bytes], None]:
     return lambda data: noted.append((time.time_ns(), data))
-
-
-def _publishing(publisher: Any, data: bytes) -> Callable[[], None]:
-    return lambda: publisher.publish(data)
 
 
 def _poses(messages: Sequence[tuple[int, Any]], values: Sequence[Any]) -> Poses:

@@ -59,9 +59,8 @@ def _errors(seed: int) -> dict[str, FloatArray]:
     return errors
 
 
-def _limb_errors(
-    series: SkeletonSeries, session: BenchSession, limb: str
-) -> tuple[float, float, float, float]:
+def _limb_errors(series: SkeletonSeries, session: BenchSession, limb: str) -> list[float]:
+    """RMS errors [°] of pitch and yaw, visible, then occluded."""
     truth = session.judged_truth
     stamps_ns, first, last = series.stamps_ns, truth.stamps_ns[0], truth.stamps_ns[-1]
     rows = np.flatnonzero((stamps_ns >= first) & (stamps_ns <= last))
@@ -69,10 +68,10 @@ def _limb_errors(
     found = limb_attitude(series.positions[rows], limb)
     true = limb_attitude(truth.positions[at], limb)
     occluded = _occluded(session, limb, stamps_ns[rows])
-    errors = [np.degrees(wrapped(a - b)) for a, b in zip(found, true, strict=True)]
-    seen_pitch, seen_yaw = (_rms(each[~occluded]) for each in errors)
-    hidden_pitch, hidden_yaw = (_rms(each[occluded]) for each in errors)
-    return seen_pitch, seen_yaw, hidden_pitch, hidden_yaw
+    squares = [np.degrees(wrapped(a - b)) ** 2 for a, b in zip(found, true, strict=True)]
+    return [
+        float(np.sqrt(mean_known(each[rows]))) for rows in (~occluded, occluded) for each in squares
+    ]
 
 
 def _occluded(session: BenchSession, limb: str, stamps_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -83,8 +82,3 @@ def _occluded(session: BenchSession, limb: str, stamps_ns: NDArray[np.int64]) ->
     stamps = np.array([each.stamp_ns for each in frames], np.int64)
     latest = np.clip(np.searchsorted(stamps, stamps_ns, side="right") - 1, 0, None)
     return np.asarray(hidden[latest])
-
-
-def _rms(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")

@@ -1,19 +1,18 @@
 """``./pose bench accuracy``: estimators on public recordings of real people."""
 
 import argparse
-import os
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, TimeRemainingColumn
+from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
 from pose_bench import kinectmultitrack, uiprmd
 from pose_bench.kinectmultitrack import OtherView
 from pose_bench.one_camera import RAW
-from pose_bench.pool import Progress, run_all
+from pose_bench.pool import add_jobs_argument, run_all
 from pose_bench.tables import TextTable
 from pose_bench.tools.showing import output_folder, publish
 from pose_bench.uiprmd import AngleAgreement
@@ -42,34 +41,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help=f"of {', '.join(ESTIMATORS)} (default: all)",
     )
-    parser.add_argument(
-        "--jobs",
-        type=int,
-        default=os.cpu_count() or 1,
-        metavar="N",
-        help="processes at once (default: %(default)s)",
-    )
+    add_jobs_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Evaluate the recordings that were given."""
-    if arguments.jobs < 1:
-        raise InputError(f"jobs = {arguments.jobs}: expected 1 or more")
     if arguments.uiprmd is None and arguments.kinectmultitrack is None:
         raise InputError("no recordings: expected --uiprmd DIR, --kinectmultitrack DIR or both")
     tables: list[TextTable] = []
     files: dict[str, str] = {}
-    options = {"estimators": arguments.methods, "jobs": arguments.jobs}
     console = Console(stderr=True)
     with progress_bar(console, MofNCompleteColumn(), TimeRemainingColumn()) as bar:
-
-        def progress_of(name: str) -> Progress:
-            task = bar.add_task(name, total=None)
-            return lambda done, total: bar.update(task, completed=done, total=total)
-
+        options = {"estimators": arguments.methods, "jobs": arguments.jobs, "bar": bar}
         if arguments.uiprmd is not None:
-            progress = progress_of("UI-PRMD")
-            found, left_out = run_uiprmd(arguments.uiprmd, **options, progress=progress)
+            found, left_out = run_uiprmd(arguments.uiprmd, **options)
             for reason, count in left_out.items():
                 if count:
                     text = f"UI-PRMD: {count} repetitions left out, {reason}"
@@ -77,8 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
             tables.append(uiprmd.table(found))
             files["accuracy_uiprmd.csv"] = rows_csv(found)
         if arguments.kinectmultitrack is not None:
-            progress = progress_of("KinectMultiTrack")
-            views = run_kinectmultitrack(arguments.kinectmultitrack, **options, progress=progress)
+            views = run_kinectmultitrack(arguments.kinectmultitrack, **options)
             tables.append(kinectmultitrack.table(views))
             files["accuracy_kinectmultitrack.csv"] = rows_csv(views)
     publish(tables, "Accuracy", arguments.output, "accuracy.md")
@@ -98,7 +82,7 @@ def rows_csv(rows: Sequence[Any]) -> str:
 
 
 def run_uiprmd(
-    folder: Path, estimators: Sequence[str], *, jobs: int, progress: Progress
+    folder: Path, estimators: Sequence[str], *, jobs: int, bar: Progress
 ) -> tuple[list[AngleAgreement], dict[str, int]]:
     """Evaluate every repetition, raw and by each estimator; and count those left out, by reason.
 
@@ -109,12 +93,12 @@ def run_uiprmd(
     subjects = dict.fromkeys(repetition.subject for repetition in repetitions.used)
     by_subject = [[r for r in repetitions.used if r.subject == subject] for subject in subjects]
     arguments = [(own, name) for name in (RAW, *estimators) for own in by_subject]
-    found = run_all(uiprmd.compare_subject, arguments, jobs=jobs, progress=progress)
+    found = run_all(uiprmd.compare_subject, arguments, jobs=jobs, bar=bar, name="UI-PRMD")
     return [each for agreements in found for each in agreements], repetitions.left_out.as_dict()
 
 
 def run_kinectmultitrack(
-    folder: Path, estimators: Sequence[str], *, jobs: int, progress: Progress
+    folder: Path, estimators: Sequence[str], *, jobs: int, bar: Progress
 ) -> list[OtherView]:
     """Evaluate recordings of one person: each camera's raw view and estimates against the other's.
 
@@ -123,5 +107,6 @@ def run_kinectmultitrack(
     """
     recordings = kinectmultitrack.single_person_recordings(folder)
     arguments = [(recording, fed, tuple(estimators)) for recording in recordings for fed in (0, 1)]
-    found = run_all(kinectmultitrack.compare_views, arguments, jobs=jobs, progress=progress)
+    compare, name = kinectmultitrack.compare_views, "KinectMultiTrack"
+    found = run_all(compare, arguments, jobs=jobs, bar=bar, name=name)
     return [view for views in found for view in views]

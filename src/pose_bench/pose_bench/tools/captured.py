@@ -1,7 +1,6 @@
 """``./pose bench captured``: every method on captured people before simulated sensors."""
 
 import argparse
-import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_sess
 from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
-from pose_bench.pool import run_all
+from pose_bench.pool import add_jobs_argument, run_all
 from pose_bench.tools.showing import document, output_folder, show
 from pose_core.api import FusionParameters
 from pose_core.errors import InputError
@@ -64,33 +63,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sessions", type=int, metavar="N", help="N of the sessions, evenly spread (default: all)"
     )
     parser.add_argument("--seed", type=int, default=SEED, help="of everything random")
-    parser.add_argument(
-        "--jobs",
-        type=int,
-        default=min(MOST_JOBS, os.cpu_count() or 1),
-        metavar="N",
-        help="processes at once (default: %(default)s)",
-    )
+    add_jobs_argument(parser, MOST_JOBS)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the suite; the status is 1 if a method failed anywhere."""
-    if arguments.jobs < 1:
-        raise InputError(f"jobs = {arguments.jobs}: expected 1 or more")
     chosen = chosen_specs(arguments)
     methods = chosen_methods(arguments)
     work = run_session
     if arguments.through_bags:
         from pose_bench.tools.captured_bags import through_bags as work  # loads ROS's messages
     console = Console(stderr=True)
-    with progress_bar(console, MofNCompleteColumn(), TimeRemainingColumn()) as progress:
-        task = progress.add_task("sessions", total=len(chosen))
-        found = run_all(
-            work,
-            [(spec, methods) for spec in chosen],
-            jobs=arguments.jobs,
-            progress=lambda done, total: progress.update(task, completed=done, total=total),
-        )
+    with progress_bar(console, MofNCompleteColumn(), TimeRemainingColumn()) as bar:
+        calls = [(spec, methods) for spec in chosen]
+        found = run_all(work, calls, jobs=arguments.jobs, bar=bar, name="sessions")
     scores = [score for each in found for score in each]
     tables = [summary_table(scores, f"Captured people, {len(chosen)} sessions")]
     if not (arguments.imu_sets or arguments.ablation):

@@ -50,9 +50,8 @@ def _fused(in_bag: Path, out_bag: Path, method: CapturedMethod) -> tuple[MethodR
     with open_bag(in_bag) as bag:
         pipeline = fuse(bag, out_bag, parameters, console=Console(quiet=True))
     with open_bag(out_bag) as bag:
-        return MethodRun(
-            series=read_body_series(bag), estimates=read_estimates(bag)
-        ), pipeline.subject
+        run = MethodRun(series=read_body_series(bag), estimates=read_estimates(bag))
+    return run, pipeline.subject
 
 
 def write_session(path: Path, session: CapturedSession, *, imus: bool) -> None:

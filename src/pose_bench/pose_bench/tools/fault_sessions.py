@@ -6,22 +6,23 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from pose_bench.faults.fault import Fault, Signal, Window
-from pose_bench.faults.heard import Poses
-from pose_bench.faults.judging import RECOVERY_S, Truth, Verdict, judge
+from pose_bench.faults.judging import RECOVERY_S, Poses, Truth, Verdict, judge
 from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer, new_player, planned
-from pose_bench.processes import pids_of
+from pose_bench.processes import launch, pids_of
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.offline import MethodSetup, run_methods
-from pose_node.child_process import executable, start, stop
+from pose_node.child_process import stop
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import bundled_clips
 from pose_sim.captured.session import (
@@ -108,13 +109,10 @@ def _run_session(
     person: CapturedSession, slots: Sequence[Slot], folder: Path, say: Progress
 ) -> Iterator[Verdict]:
     folder.mkdir(parents=True, exist_ok=True)
-    extrinsics = extrinsics_from_map(person.T_map_sensor)
-    save_extrinsics(folder / "session.yaml", extrinsics)
     packets = _packets(person, slots)
     plan = [planned(packet) for packet in packets]  # for a start at START_NS
     player = new_player()
-    extrinsics_file = str(folder / "session.yaml")
-    graph = start_graph(folder, {"extrinsics_file": extrinsics_file})
+    graph = start_graph(folder, person.T_map_sensor)
     try:
         player.open(plan)
         await_graph(player, graph, folder)
@@ -139,18 +137,13 @@ def _run_session(
 
 
 def _packets(person: CapturedSession, slots: Sequence[Slot]) -> list[Packet]:
-    packets = packets_of(person, START_NS)
+    packets = packets_of(person)
     for slot in slots:
         if slot.fault.change is not None:
-            seed = np.random.default_rng(abs(hash_of(slot.fault.name)))
-            window = Window(slot.begin_s, slot.end_s, seed)
-            packets = slot.fault.change(packets, window)
+            # Of the name, so that it is the same in every run.
+            rng = np.random.default_rng(int.from_bytes(slot.fault.name.encode()[-8:], "little"))
+            packets = slot.fault.change(packets, Window(slot.begin_s, slot.end_s, rng))
     return packets
-
-
-def hash_of(name: str) -> int:
-    """Hash of a name, the same in every run."""
-    return int.from_bytes(name.encode()[-8:], "little")
 
 
 def _shifted(packets: Sequence[Packet], by_ns: int) -> list[Packet]:
@@ -161,16 +154,20 @@ def _shifted(packets: Sequence[Packet], by_ns: int) -> list[Packet]:
     ]
 
 
-def start_graph(folder: Path, arguments: Mapping[str, str]) -> "subprocess.Popen[str]":
-    """Start calibration, fusion and recorder; their log and bag are in the folder."""
-    arguments = {**arguments, "bag": str(folder / "bag")}
-    words = [f"{name}:={value}" for name, value in arguments.items()]
-    with (folder / "graph.log").open("w") as log:
-        return start(
-            [executable("pose_launch", "up"), "fusion.launch.yaml", *words],
-            stdout=log,
-            stderr=subprocess.STDOUT,
-        )
+def start_graph(
+    folder: Path, T_map_sensor: Mapping[str, FloatArray], **arguments: str
+) -> "subprocess.Popen[str]":
+    """Start calibration, fusion and recorder; their files are in the folder.
+
+    Args:
+        folder: Folder of extrinsics, log and bag.
+        T_map_sensor: Poses of the cameras, (4, 4), known to the fusion.
+        **arguments: Further arguments of the launch file.
+    """
+    session = folder / "session.yaml"
+    save_extrinsics(session, extrinsics_from_map(T_map_sensor))
+    arguments |= {"extrinsics_file": str(session), "bag": str(folder / "bag")}
+    return launch("fusion.launch.yaml", arguments, folder / "graph.log")
 
 
 def await_graph(player: FaultPlayer, graph: "subprocess.Popen[str]", folder: Path) -> None:
@@ -185,15 +182,14 @@ def await_graph(player: FaultPlayer, graph: "subprocess.Popen[str]", folder: Pat
 def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[], None]]]:
     """Actions on processes with their times [s]."""
 
-    def act(what: Signal) -> Callable[[], None]:
-        def do() -> None:
-            for pid in pids_of(launcher, what.node):
-                os.kill(pid, SIGNALS[what.what])
-
-        return do
+    def act(what: Signal) -> None:
+        for pid in pids_of(launcher, what.node):
+            os.kill(pid, SIGNALS[what.what])
 
     return [
-        (slot.begin_s + each.after_s, act(each)) for slot in slots for each in slot.fault.signals
+        (slot.begin_s + each.after_s, partial(act, each))
+        for slot in slots
+        for each in slot.fault.signals
     ]
 
 

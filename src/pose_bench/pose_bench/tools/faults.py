@@ -51,8 +51,5 @@ def run(options: argparse.Namespace) -> int:
 
 def _write(folder: Path, verdicts: list[Verdict]) -> None:
     (folder / "reliability.md").write_text(document("Reliability", [fault_table(verdicts)]))
-    plain = [
-        {**vars(v), "fault": v.fault.name, "broken": v.broken}
-        for v in verdicts
-    ]  # fmt: skip
+    plain = [{**vars(v), "fault": v.fault.name, "broken": v.broken} for v in verdicts]
     (folder / "reliability.json").write_text(json.dumps(plain, indent=1, default=str))

@@ -1,9 +1,6 @@
 """``./pose bench``: speed, live, offline and prediction in one run, against their goals."""
 
 import argparse
-import json
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -13,6 +10,7 @@ from statistics import median
 import numpy as np
 from rich.console import Console
 
+from pose_bench.processes import latency_probe, launch
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.speed import (
     FRAMES,
@@ -27,20 +25,17 @@ from pose_bench.speed import (
     update_timings,
 )
 from pose_bench.tables import TextTable, number
-from pose_bench.tools.live_graph import LiveResult, run_live, stopped
+from pose_bench.tools.live_graph import LiveResult, run_live
 from pose_bench.tools.offline import fuse_cost
 from pose_bench.tools.prediction import prediction_errors
 from pose_bench.tools.showing import show
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_node.child_process import executable, run_to_end, start, stop
+from pose_node.child_process import executable, run_to_end, stop
 
 PROBE_S = 4.0  # [s] until the probe has started
 WATCHED_S = 12.0  # [s] duration of the graph's run
-LAUNCH_FILE = "capture.launch.yaml"
 PARAMETERS = "/**:\n  ros__parameters:\n    extrinsics_file: {}\n"
-
-
 SUMMARY = "all of speed, live, offline and prediction against their goals, in one table"
 STARTS = 3
 LIVE_S = 45.0  # [s] of the live session
@@ -79,21 +74,15 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
         "extrinsics_file": str(known),
         "params": str(parameters),
     }
-    words = [f"{name}:={value}" for name, value in arguments.items()]
-    probe = start([sys.executable, "-m", "pose_bench.nodes.latency_probe"], stdout=subprocess.PIPE)
-    try:
+    with latency_probe() as noted:
         time.sleep(PROBE_S)
         begin_ns = time.time_ns()
-        with (folder / "start.log").open("w") as log:
-            command: list[str | Path] = [executable("pose_launch", "up"), LAUNCH_FILE, *words]
-            graph = start(command, stdout=log, stderr=subprocess.STDOUT)
-            try:
-                time.sleep(WATCHED_S)
-            finally:
-                stop(graph)
-    finally:
-        output = stopped(probe)
-    arrived = json.loads(output)["arrived"].values()
+        graph = launch("capture.launch.yaml", arguments, folder / "start.log")
+        try:
+            time.sleep(WATCHED_S)
+        finally:
+            stop(graph)
+    arrived = noted["arrived"].values()
     if not arrived:
         raise InputError(f"no joint state came within {WATCHED_S:g} s: see {folder}/start.log")
     return (min(arrived) - begin_ns) / NS_PER_S

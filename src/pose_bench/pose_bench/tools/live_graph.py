@@ -1,8 +1,5 @@
 """The whole graph in real processes: the age of joint states at their arrival, load and memory."""
 
-import json
-import subprocess
-import sys
 import time
 from collections import defaultdict
 from dataclasses import dataclass
@@ -11,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from pose_bench.processes import sleep_until, usages
+from pose_bench.processes import generate_session, latency_probe, sleep_until, usages
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LaunchedGraph
-from pose_node.child_process import executable, run_to_end, start, stop
 
 LEAD_S = 12.0  # [s] from the session's start to its first frame, for the start of all processes
 STEADY_S = 18.0  # [s] until calibration, body measures and alignment of IMUs are complete
@@ -52,35 +48,21 @@ def run_live(duration_s: float, folder: Path) -> LiveResult:
     session = folder / "session"
     making_s = 0.2 * duration_s + 5.0
     start_ns = time.time_ns() + round((making_s + LEAD_S) * NS_PER_S)
-    words = ["--choreography", "leg_lift_march", "--duration", f"{duration_s:g}", "--seed", "1"]
-    tool = executable("pose_sim", "generate")
-    run_to_end([tool, *words, "--start-at", str(start_ns), "-o", session])
+    generate_session(session, "leg_lift_march", duration_s, start_ns)
     arguments = {"session": str(session), "bag": str(folder / "bag"), "start_at": str(start_ns)}
-    probe = start([sys.executable, "-m", "pose_bench.nodes.latency_probe"], stdout=subprocess.PIPE)
-    try:
-        with LaunchedGraph("demo.launch.yaml", arguments, folder / "graph.log") as graph:
-            sleep_until(start_ns + round(STEADY_S * NS_PER_S))
-            graph.check()
-            before = _usages(graph.pid)
-            sleep_until(start_ns + round((duration_s - 1.0) * NS_PER_S))
-            graph.check()
-            after = _usages(graph.pid)
-            graph.stop()
-    finally:
-        stop_output = stopped(probe)
     steady_ns = start_ns + round(STEADY_S * NS_PER_S)
-    return _result(json.loads(stop_output), steady_ns, before, after)
-
-
-def stopped(probe: "subprocess.Popen[str]") -> str:
-    """Stop the probe; returns its JSON output."""
-    probe.send_signal(2)
-    try:
-        output, _ = probe.communicate(timeout=20.0)
-    except subprocess.TimeoutExpired:
-        stop(probe)
-        raise
-    return str(output)
+    with (
+        latency_probe() as noted,
+        LaunchedGraph("demo.launch.yaml", arguments, folder / "graph.log") as graph,
+    ):
+        sleep_until(steady_ns)
+        graph.check()
+        before = _usages(graph.pid)
+        sleep_until(start_ns + round((duration_s - 1.0) * NS_PER_S))
+        graph.check()
+        after = _usages(graph.pid)
+        graph.stop()
+    return _result(noted, steady_ns, before, after)
 
 
 def latencies(arrived: dict[str, int], steady_ns: int) -> tuple[FloatArray, FloatArray]:

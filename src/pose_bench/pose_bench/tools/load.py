@@ -1,10 +1,7 @@
 """``./pose bench load``: the live graph with many sensors or people; memory over time."""
 
 import argparse
-import json
 import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -14,20 +11,18 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.nodes.fault_player import FaultPlayer, Planned, new_player
-from pose_bench.processes import usages
+from pose_bench.processes import latency_probe, usages
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.fault_sessions import await_graph, isolate, start_graph
-from pose_bench.tools.live_graph import latencies, stopped
+from pose_bench.tools.live_graph import latencies
 from pose_bench.tools.load_scenes import SCENES, LoadScene
 from pose_bench.tools.showing import publish
 from pose_bench.tools.soak_recording import LOOP_NS, LoopMessage, loop_message
-from pose_calibration.files.extrinsics_file import save_extrinsics
-from pose_core.api import extrinsics_from_map
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_node.child_process import start, stop
+from pose_node.child_process import stop
 
 SUMMARY = "the live graph with many sensors or people: latency, losses, memory over time"
 LEAD_NS = 4 * NS_PER_S  # [ns] until the first message
@@ -76,33 +71,26 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
     Raises:
         InputError: If the graph does not start, or a process of it ends.
     """
-    save_extrinsics(folder / "session.yaml", extrinsics_from_map(scene.T_map_sensor))
     messages = [loop_message(packet) for packet in scene.packets]
     player = new_player()
     player.open([(0.0, each.topic, each.kind, each.data) for each in messages])
-    graph = start_graph(
-        folder,
-        {
-            "extrinsics_file": str(folder / "session.yaml"),
-            "sensors": f"[{', '.join(scene.T_map_sensor)}]",
-            "max_people": str(scene.max_people),
-        },
-    )
-    probe = start([sys.executable, "-m", "pose_bench.nodes.latency_probe"], stdout=subprocess.PIPE)
+    sensors = f"[{', '.join(scene.T_map_sensor)}]"
+    max_people = str(scene.max_people)
+    graph = start_graph(folder, scene.T_map_sensor, sensors=sensors, max_people=max_people)
     try:
-        await_graph(player, graph, folder)
-        before_ns = time.time_ns()
-        _plan(messages, before_ns)
-        preparing_ns = 2 * loops * (time.time_ns() - before_ns)  # on a busy machine
-        begin_ns = time.time_ns() + LEAD_NS + preparing_ns
-        plans = [_plan(messages, begin_ns + loop * LOOP_NS) for loop in range(loops)]
-        measured = _replay(player, plans, begin_ns, graph.pid)
-        log = (folder / "graph.log").read_text()
-        if graph.poll() is not None or "has died" in log:
-            raise InputError(f"the graph ended, or a process of it: {log[-500:]}")
-        heard = player.heard()
+        with latency_probe() as noted:
+            await_graph(player, graph, folder)
+            before_ns = time.time_ns()
+            _plan(messages, before_ns)
+            preparing_ns = 2 * loops * (time.time_ns() - before_ns)  # on a busy machine
+            begin_ns = time.time_ns() + LEAD_NS + preparing_ns
+            plans = [_plan(messages, begin_ns + loop * LOOP_NS) for loop in range(loops)]
+            measured = _replay(player, plans, begin_ns, graph.pid)
+            log = (folder / "graph.log").read_text()
+            if graph.poll() is not None or "has died" in log:
+                raise InputError(f"the graph ended, or a process of it: {log[-500:]}")
+            heard = player.heard()
     finally:
-        noted = json.loads(stopped(probe))
         stop(graph)
         player.close()
     steady_ns = begin_ns + round(STEADY_S * NS_PER_S)

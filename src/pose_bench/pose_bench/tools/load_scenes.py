@@ -3,13 +3,11 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from pose_bench.faults.heard import Poses
-from pose_bench.faults.judging import Truth, rmse_deg
-from pose_bench.faults.packets import CAMERA_DELAY_S, Frame, Packet, Person, packets_of
+from pose_bench.faults.judging import Poses, Truth, rmse_deg
+from pose_bench.faults.packets import Packet, packet_of, packets_of
 from pose_bench.tools.fault_sessions import SESSION_S, captured_person, truth_of
 from pose_core.api import SEGMENTS
 from pose_core.arrays import FloatArray
-from pose_core.joints import JOINTS
 from pose_sim.captured.clips import bundled_clips
 from pose_sim.captured.crowd import CrowdSpec, make_crowd
 from pose_sim.captured.session import START_NS, make_captured_session
@@ -42,7 +40,7 @@ def usual() -> LoadScene:
     return LoadScene(
         name="two cameras, nine IMUs",
         T_map_sensor=person.T_map_sensor,
-        packets=packets_of(person, START_NS),
+        packets=packets_of(person),
         truth=truth_of(person, START_NS),
     )
 
@@ -52,12 +50,9 @@ def many_sensors() -> LoadScene:
     person = captured_person()
     first = make_captured_session(replace(person.spec, worn=SEGMENTS))
     second = make_captured_session(replace(person.spec, seed=person.spec.seed + 1, worn=()))
-    others = [
-        replace(packet, source=OTHER_NAMES[packet.source])
-        for packet in packets_of(second, START_NS)
-    ]
+    others = [replace(each, source=OTHER_NAMES[each.source]) for each in packets_of(second)]
     places = {OTHER_NAMES[name]: place for name, place in second.T_map_sensor.items()}
-    packets = sorted([*packets_of(first, START_NS), *others], key=lambda packet: packet.at_s)
+    packets = sorted([*packets_of(first), *others], key=lambda packet: packet.at_s)
     return LoadScene(
         name="four cameras, 15 IMUs",
         T_map_sensor={**first.T_map_sensor, **places},
@@ -70,21 +65,10 @@ def many_people() -> LoadScene:
     """Six people before two cameras, who cross each other; all are estimated."""
     clips = tuple(bundled_clips()[:PEOPLE])
     crowd = make_crowd(CrowdSpec(clips=clips, seed=1, duration_s=SESSION_S, leaves=False))
-    packets = []
-    for frame in crowd.frames:
-        sample = frame.persons[0]
-        persons = tuple(
-            Person(id=p.person, names=JOINTS, positions=p.positions, states=p.tracking_state)
-            for p in frame.persons
-        )
-        at_s = (sample.stamp_ns - START_NS) * 1e-9 + CAMERA_DELAY_S
-        packets.append(
-            Frame(at_s=at_s, source=sample.sensor, stamp_ns=sample.stamp_ns, persons=persons)
-        )
     return LoadScene(
         name="six people, two cameras",
         T_map_sensor=crowd.T_map_sensor,
-        packets=packets,
+        packets=[packet_of(*frame.persons) for frame in crowd.frames],
         max_people=PEOPLE,
     )
 

@@ -2,7 +2,6 @@
 
 import argparse
 import resource
-import struct
 import subprocess
 import tempfile
 import time
@@ -17,17 +16,13 @@ from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import CDR_STAMP, CDR_STAMP_AT, NS_PER_S, serialized_ns
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.child_process import executable
 
 PAUSE_NS = 33_333_333  # [ns] between the end and the next beginning
-STAMP = struct.Struct("<iI")
-STAMP_AT = 4  # [bytes] offset of a message's stamp, after the encapsulation
-
-
 SUMMARY = "how fast ./pose fuse is on bags of several lengths, and how much memory it takes"
 LOOK_S = 0.2  # [s] between measurements of the memory
 
@@ -63,10 +58,9 @@ def repeat(bag: BagReader, path: Path, times: int, *, imus: bool = True) -> floa
 
 def shifted_by(data: bytes, shift_ns: int) -> bytes:
     """A serialised message with its stamps, which are all equal, shifted."""
-    own = data[STAMP_AT : STAMP_AT + STAMP.size]
-    seconds, nanoseconds = STAMP.unpack(own)
-    later = divmod(seconds * NS_PER_S + nanoseconds + shift_ns, NS_PER_S)
-    return data.replace(own, STAMP.pack(*later))
+    own = data[CDR_STAMP_AT : CDR_STAMP_AT + CDR_STAMP.size]
+    later = divmod(serialized_ns(data) + shift_ns, NS_PER_S)
+    return data.replace(own, CDR_STAMP.pack(*later))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

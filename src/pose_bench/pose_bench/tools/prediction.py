@@ -19,13 +19,12 @@ from pose_core.api import (
     FusionParameters,
     FusionPipeline,
     SkeletonSample,
-    SkeletonSeries,
     angle_series,
     wrapped,
 )
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
-from pose_core.joints import JOINTS, TrackingState
+from pose_evaluation.offline import tracked_series
 
 SUMMARY = "the pose predicted to now against the last output, both against the truth of now"
 SEED = 101  # that no parameter was tuned on
@@ -57,11 +56,7 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
     true = angle_series(truth).at(now_ns)
 
     def error_deg(poses: list[BodyEstimate]) -> float:
-        series = SkeletonSeries(
-            stamps_ns=now_ns,
-            positions=np.array([pose.joints for pose in poses]),
-            tracking_state=np.full((len(poses), len(JOINTS)), TrackingState.TRACKED, np.uint8),
-        )
+        series = tracked_series(now_ns, np.array([pose.joints for pose in poses]))
         found = angle_series(series).at(now_ns)
         errors = [wrapped(found[name] - true[name]) for name in true]
         return float(np.degrees(np.mean([np.sqrt(np.nanmean(error**2)) for error in errors])))

@@ -1,6 +1,6 @@
 """A recording of serialised messages that is repeated with stamps that go on."""
 
-import struct
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from pose_bench.nodes.fault_player import planned
 from pose_bench.tools.fault_sessions import SESSION_S
 from pose_core.api import inverse, transformed
 from pose_core.arrays import FloatArray
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import CDR_STAMP, NS_PER_S
 from pose_sim.captured.session import START_NS, CapturedSession
 
 STEP_NS = NS_PER_S // 100  # [ns] between the calls of a live node's timers
@@ -40,7 +40,7 @@ class LoopMessage:
     def shifted(self, begin_ns: int, visit: int = 0) -> bytes:
         """The bytes in a loop that starts at ``begin_ns``, with the id of this visit."""
         data = bytearray(self.data)
-        stamp = struct.pack("<iI", *divmod(begin_ns + self.stamp_after_ns, NS_PER_S))
+        stamp = stamp_bytes(begin_ns + self.stamp_after_ns)
         for place in self.places:
             data[place : place + len(stamp)] = stamp
         if self.visitor >= 0:
@@ -59,7 +59,7 @@ def steps_of(session: CapturedSession, is_light: bool = False) -> tuple[Steps, S
         session: A captured person before two cameras, with IMUs.
         is_light: Whether to take only every third frame, and a quarter of the samples of two IMUs.
     """
-    packets = packets_of(session, START_NS)
+    packets = packets_of(session)
     if is_light:
         packets = list(_thinned(packets))
     alone = [loop_message(packet) for packet in packets]
@@ -104,10 +104,15 @@ def _visits(packets: Sequence[Packet], session: CapturedSession) -> Iterator[tup
             yield index, replace(packet, persons=(person, visitor))
 
 
+def stamp_bytes(stamp_ns: int) -> bytes:
+    """A stamp [ns] in a serialised message."""
+    return CDR_STAMP.pack(*divmod(stamp_ns, NS_PER_S))
+
+
 def loop_message(packet: Packet) -> LoopMessage:
     """Serialise a packet whose stamp is that of a session from ``START_NS`` on."""
     at_s, topic, kind, data = planned(packet)
-    stamp = struct.pack("<iI", *divmod(packet.stamp_ns, NS_PER_S))
+    stamp = re.escape(stamp_bytes(packet.stamp_ns))
     return LoopMessage(
         at_ns=round(at_s * NS_PER_S),
         source=packet.source,
@@ -115,13 +120,6 @@ def loop_message(packet: Packet) -> LoopMessage:
         kind=kind,
         data=data,
         stamp_after_ns=packet.stamp_ns - START_NS,
-        places=tuple(_all_places(data, stamp)),
+        places=tuple(found.start() for found in re.finditer(stamp, data)),
         visitor=data.find(VISITOR.encode()),
     )
-
-
-def _all_places(data: bytes, part: bytes) -> Iterator[int]:
-    place = data.find(part)
-    while place >= 0:
-        yield place
-        place = data.find(part, place + 1)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pose_bench.faults.heard import Poses
+from pose_bench.faults.judging import Poses
 from pose_calibration.imus.section import alignments_document
 from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.parameters import LiveCalibrationParameters

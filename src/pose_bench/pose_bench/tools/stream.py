@@ -141,21 +141,19 @@ def run(arguments: argparse.Namespace) -> int:
         for name, quality in measured(arguments):
             status.update(f"fused {name}")
             table.rows.append(row_of(name, quality))
-            missed = ("nothing published",) if quality is None else quality.broken(_rate(arguments))
-            broken += [f"{name}: {what}" for what in missed]
+            if quality is None:
+                broken.append(f"{name}: nothing published")
+            else:
+                broken += [f"{name}: {what}" for what in quality.broken(arguments.output_rate)]
     publish([table], SUMMARY, arguments.output, "stream.md")
     for line in broken:
         print(f"not met  {line}")
     return int(bool(broken))
 
 
-def _rate(arguments: argparse.Namespace) -> float:
-    return float(arguments.output_rate)
-
-
 def measured(arguments: argparse.Namespace) -> Iterator[tuple[str, StreamQuality | None]]:
     """Name and figures of each stream, None for an empty one."""
-    rate = _rate(arguments)
+    rate = arguments.output_rate
     has_others = arguments.recording or arguments.bag
     folders: Sequence[Path | None] = arguments.motion or ([] if has_others else [None])
     for folder in folders:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from pose_bench.processes import pids_of, sleep_until
+from pose_bench.processes import generate_session, pids_of, sleep_until
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number, percent
 from pose_bench.teleop_scores import NotFollowedError, TeleopScores, score_teleop
@@ -20,7 +20,6 @@ from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LaunchedGraph
 from pose_io.recordings.formats import plain_csv
 from pose_io.recordings.recording import make_recording, make_stream
-from pose_node.child_process import executable, run_to_end
 from pose_sim.captured.clips import bundled_clips
 from pose_sim.captured.session import CapturedSpec, make_captured_session
 
@@ -72,9 +71,7 @@ def _run(person: str, arguments: argparse.Namespace, folder: Path) -> TeleopScor
     words = {"bag": str(folder / "bag"), "start_at": str(start_ns), "teleop": "true"}
     if person == "synthetic":
         launch = "demo.launch.yaml"
-        session = ["--choreography", "arm_raises", "--duration", f"{arguments.duration:g}"]
-        tool = executable("pose_sim", "generate")
-        run_to_end([tool, *session, "--start-at", str(start_ns), "-o", folder / "session"])
+        generate_session(folder / "session", "arm_raises", arguments.duration, start_ns)
         words["session"] = str(folder / "session")
     else:
         launch = "capture.launch.yaml"

@@ -15,9 +15,9 @@ from pose_evaluation.plots import (
     angles_figure,
     bone_lengths_figure,
     errors_figure,
+    robot_figure,
     save_figure,
 )
-from pose_evaluation.robot_plot import robot_figure
 from pose_evaluation.scores import evaluate
 from pose_evaluation.tables import (
     agreement_csv,

@@ -7,7 +7,6 @@ from pose_core.joints import JOINT_INDEX, SIDES
 from pose_io.recordings.joint_map_files import shipped_joint_map
 
 MAP = "azure_kinect_ros"
-_LETTER = {"left": "LEFT", "right": "RIGHT"}
 
 
 def _mixtures() -> dict[str, dict[str, float]]:
@@ -22,24 +21,23 @@ def _mixtures() -> dict[str, dict[str, float]]:
         "NOSE": {"head": 1.0},
     }
     for side in SIDES:
-        letter = _LETTER[side]
         shoulder, elbow, hand = (f"{side}_{name}" for name in ("shoulder", "elbow", "hand"))
         hip, knee, foot = (f"{side}_{name}" for name in ("hip", "knee", "foot"))
         mixed |= {
-            f"CLAVICLE_{letter}": {"neck": 0.85, shoulder: 0.15},
-            f"SHOULDER_{letter}": {shoulder: 1.0},
-            f"ELBOW_{letter}": {elbow: 1.0},
-            f"WRIST_{letter}": {hand: 1.0},
-            f"HAND_{letter}": {elbow: -0.3, hand: 1.3},
-            f"HANDTIP_{letter}": {elbow: -0.6, hand: 1.6},
-            f"THUMB_{letter}": {elbow: -0.3, hand: 1.3},
-            f"HIP_{letter}": {hip: 1.0},
-            f"KNEE_{letter}": {knee: 1.0},
-            f"ANKLE_{letter}": {foot: 1.0},
-            f"FOOT_{letter}": {knee: -0.2, foot: 1.2},
-            f"EYE_{letter}": {"head": 1.0},
+            f"CLAVICLE_{side.upper()}": {"neck": 0.85, shoulder: 0.15},
+            f"SHOULDER_{side.upper()}": {shoulder: 1.0},
+            f"ELBOW_{side.upper()}": {elbow: 1.0},
+            f"WRIST_{side.upper()}": {hand: 1.0},
+            f"HAND_{side.upper()}": {elbow: -0.3, hand: 1.3},
+            f"HANDTIP_{side.upper()}": {elbow: -0.6, hand: 1.6},
+            f"THUMB_{side.upper()}": {elbow: -0.3, hand: 1.3},
+            f"HIP_{side.upper()}": {hip: 1.0},
+            f"KNEE_{side.upper()}": {knee: 1.0},
+            f"ANKLE_{side.upper()}": {foot: 1.0},
+            f"FOOT_{side.upper()}": {knee: -0.2, foot: 1.2},
+            f"EYE_{side.upper()}": {"head": 1.0},
             # Ears lie 7 cm to the sides, as a shoulder lies 19 cm from the neck.
-            f"EAR_{letter}": {"head": 1.0, shoulder: 0.37, "neck": -0.37},
+            f"EAR_{side.upper()}": {"head": 1.0, shoulder: 0.37, "neck": -0.37},
         }
     return mixed
 

@@ -38,9 +38,7 @@ class CrowdSpec:
     clips: tuple[Path, ...]  # one per person
     seed: int
     duration_s: float = 60.0
-    tracker: str = "mixed"
     leaves: bool = True  # whether people leave the room
-    one_size: bool = False  # whether all people have the same size
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,9 +62,7 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
     rng = np.random.default_rng(spec.seed)
     count = round(spec.duration_s * RATE)
     paths = _paths(len(spec.clips), count, rng)
-    scales = np.ones(len(spec.clips))
-    if not spec.one_size:
-        scales = rng.permutation(np.linspace(*SCALES, len(spec.clips)))
+    scales = rng.permutation(np.linspace(*SCALES, len(spec.clips)))
     people = [
         _on_path(chain([read_clip(clip)] * 40, spec.duration_s), path, float(scale))
         for clip, path, scale in zip(spec.clips, paths, scales, strict=True)
@@ -79,7 +75,7 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
     frames = [
         frame
         for sensor, place in places.items()
-        for frame in _camera_frames(spec, sensor, place, people, absences, rng)
+        for frame in _camera_frames(sensor, place, people, absences, rng)
     ]
     frames.sort(key=lambda frame: frame.persons[0].stamp_ns)
     return Crowd(T_map_sensor=places, frames=frames)
@@ -114,8 +110,9 @@ def _paths(people: int, count: int, rng: np.random.Generator) -> FloatArray:
 
 def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
     """The motion moved along a path, (m, 2) [m], facing its direction."""
-    reps = -(-len(path) // len(clip))
-    positions = np.concatenate([clip.positions, clip.positions[::-1]] * reps)[: len(path)] * scale
+    rows = np.arange(len(clip))
+    rows = np.resize(np.concatenate([rows, rows[::-1]]), len(path))  # repeated to and fro
+    positions = clip.positions[rows] * scale
     step = np.gradient(path, axis=0)
     yaw = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
     yaw = gaussian_filter1d(yaw, 0.2 * RATE) - np.unwrap(heading(positions))
@@ -123,10 +120,7 @@ def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
     turn = Rotation.from_euler("z", yaw[:, None])
     here = np.column_stack([path, np.zeros(len(path))])
     moved = [turn.apply(positions[:, j] - root) + here for j in range(positions.shape[1])]
-    rotations = {}
-    for name, each in clip.rotations.items():
-        order = np.concatenate([np.arange(len(each)), np.arange(len(each))[::-1]])
-        rotations[name] = turn * each[np.tile(order, reps)[: len(path)]]
+    rotations = {name: turn * each[rows] for name, each in clip.rotations.items()}
     return Clip(name=clip.name, positions=np.stack(moved, axis=1), rotations=rotations)
 
 
@@ -142,7 +136,6 @@ def _absences(count: int, rng: np.random.Generator) -> NDArray[np.bool_]:
 
 
 def _camera_frames(
-    spec: CrowdSpec,
     sensor: str,
     place: FloatArray,
     people: Sequence[Clip],
@@ -150,7 +143,7 @@ def _camera_frames(
     rng: np.random.Generator,
 ) -> list[CrowdFrame]:
     """Frames of one camera with all visible persons."""
-    model = TRACKERS[spec.tracker]
+    model = TRACKERS["mixed"]
     seed = int(rng.integers(2**31))
     # Frames are stamped by the first person's instants: others differ by up to one frame.
     seen = [
@@ -234,11 +227,9 @@ class _Ids:
         if share < KEEPS_ID and self._former[i] and self._former[i] not in self._names:
             self._names[i] = self._former[i]
         elif share > KEEPS_ID + NEW_ID and other >= 0 and self._names[other] and self._former[i]:
-            taken = self._former[i] not in self._names
-            self._names[i], self._names[other] = (
-                self._names[other],
-                (self._former[i] if taken else self._new()),
-            )
+            is_free = self._former[i] not in self._names
+            swapped = self._former[i] if is_free else self._new()
+            self._names[i], self._names[other] = self._names[other], swapped
         else:
             self._names[i] = self._new()
 

@@ -1,1 +1,1 @@
-"""Command-line tools: a session's files, the virtual serial device, the table of noise."""
+"""Command-line tools: a session's files, and the virtual serial devices that replay it."""

@@ -7,7 +7,9 @@ from pathlib import Path
 from pose_core.errors import InputError
 from pose_node.command_line import run_tool
 from pose_sim.captured.clips import read_clip
+from pose_sim.captured.motion import motion_of
 from pose_sim.choreography import CHOREOGRAPHIES
+from pose_sim.scene import subject_place
 from pose_sim.session import NOISE_PRESETS, make_session, read_overrides, settings_of
 from pose_sim.session_folder import note_of, write_session
 
@@ -69,9 +71,13 @@ def run() -> None:
         )
     if arguments.start_at > LATEST_NS:
         raise InputError(f"start-at = {arguments.start_at} ns is not UNIX time [ns]: `date +%s%N`")
-    clip = read_clip(arguments.motion) if arguments.motion else None
-    name = clip.name if clip else arguments.choreography
-    session = make_session(name, arguments.duration, arguments.seed, settings, clip)
+    name, captured = arguments.choreography, None
+    if arguments.motion:
+        clip = read_clip(arguments.motion)
+        place, heading = subject_place(settings.scene)
+        name = clip.name
+        captured = motion_of(clip, arguments.duration, place=place, facing=heading)
+    session = make_session(name, arguments.duration, arguments.seed, settings, captured)
     print(note_of(session), file=sys.stderr)
     write_session(arguments.output, session, arguments.start_at)
     frames = {name: len(frames.host_time_ns) for name, frames in session.kinects.items()}

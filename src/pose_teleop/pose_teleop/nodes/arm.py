@@ -22,8 +22,7 @@ from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 from pose_teleop.arm_controller import ArmCommand, ArmController
 from pose_teleop.conversions import (
-    header,
-    to_display,
+    robot_states,
     to_estimate,
     to_joint_states,
     to_robot_position,
@@ -148,28 +147,21 @@ class ArmNode(Node):
         if said != self._said:
             self._said = said
             self.get_logger().info(self._sentence())
-            self._diagnostics_now()
+            self._diagnostics.publish()
 
     def _publish(self, command: ArmCommand, now_ns: int) -> None:
         self._counters.add("commands")
         joints = self.controller.robot.joints
         self._trajectories.publish(to_trajectory(command, joints, now_ns))
-        self._display.publish(to_display(command.motions[0], joints, command.stamp_ns))
-        target = self.controller.target
+        now, target = command.motions[0], self.controller.target
+        self._display.publish(robot_states(joints, command.stamp_ns, now.position, now.velocity))
         if target is not None:
-            stamped = JointState(header=header(command.stamp_ns), name=list(joints))
-            stamped.position = target.tolist()
-            self._target.publish(stamped)
+            self._target.publish(robot_states(joints, command.stamp_ns, target))
 
     def _sentence(self) -> str:
         supervisor = self.controller.supervisor
         reason = "" if supervisor.fault is None else f": {supervisor.fault.value}"
         return f"{supervisor.state.value}{reason}"
-
-    def _diagnostics_now(self) -> None:
-        diagnostics = getattr(self, "_diagnostics", None)
-        if diagnostics is not None:
-            diagnostics.publish()
 
     def _report(self) -> Report:
         controller = self.controller

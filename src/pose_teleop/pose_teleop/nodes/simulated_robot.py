@@ -17,12 +17,19 @@ from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
-from pose_teleop.conversions import header, to_link_tf, to_points, to_robot_markers, transform
+from pose_teleop.conversions import (
+    robot_states,
+    to_link_tf,
+    to_points,
+    to_robot_markers,
+    transform,
+)
 from pose_teleop.nodes.bodies import LATCHED, NEWEST
 from pose_teleop.parameters import SimulatedRobotParameters
 from pose_teleop.robot_arm import RobotArm
 from pose_teleop.robot_dynamics import STEP_S, SimulatedArm
 from pose_teleop.robot_files import load_robot
+from pose_teleop.robot_meshes import link_meshes
 
 DRAWN_S = 0.04  # [s] between transforms of its links
 CELL_M = 0.012  # [m] resolution of its meshes
@@ -52,7 +59,7 @@ class SimulatedRobot(Node):
         self._states = self.create_publisher(JointState, "arm/joint_states", 10)
         self._tf = self.create_publisher(TFMessage, "tf", 10)
         self._shape = self.create_publisher(MarkerArray, "arm/markers", LATCHED)
-        self._shape.publish(to_robot_markers(self.arm.meshes(CELL_M), ROOT))
+        self._shape.publish(to_robot_markers(link_meshes(self.arm, CELL_M), ROOT))
         self.create_subscription(JointTrajectory, "arm/joint_trajectory", self._on_command, NEWEST)
         steady_timer(self, 1.0 / parameters.rate, self._step)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
@@ -77,14 +84,9 @@ class SimulatedRobot(Node):
     def _step(self) -> None:
         self._advance()
         stamp_ns = int(self.get_clock().now().nanoseconds)
-        self._states.publish(
-            JointState(
-                header=header(stamp_ns),
-                name=list(self.arm.joints),
-                position=self.simulated.position.tolist(),
-                velocity=self.simulated.velocity.tolist(),
-            )
-        )
+        robot = self.simulated
+        states = robot_states(self.arm.joints, stamp_ns, robot.position, robot.velocity)
+        self._states.publish(states)
         now_ns = time.monotonic_ns()
         if now_ns - self._drawn_ns > DRAWN_S * NS_PER_S:
             self._drawn_ns = now_ns

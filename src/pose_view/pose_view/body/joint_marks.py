@@ -12,7 +12,7 @@ import numpy as np
 from pose_core.api import Source
 from pose_core.joints import JOINTS, SIDES, TrackingState
 from pose_view.body.measures import BodyMeasures
-from pose_view.body.mesh import Mesh, ellipsoid
+from pose_view.mesh import Mesh, ellipsoid
 from pose_view.snapshot import BodySnapshot, DofSnapshot
 
 # Okabe and Ito (2008): distinguishable with any colour vision.

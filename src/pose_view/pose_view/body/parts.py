@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from pose_core.joints import SIDES
 from pose_view.body.measures import BodyMeasures
-from pose_view.body.mesh import Mesh, ellipsoid, joined, loft, moved
+from pose_view.mesh import Mesh, ellipsoid, joined, loft, moved
 
 LIMBS = ("upper_arm", "forearm", "thigh", "shank")
 PARTS: tuple[str, ...] = (

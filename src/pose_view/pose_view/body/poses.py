@@ -8,20 +8,24 @@ joint, neck and shoulders.
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
 from pose_view.body.parts import PARTS
 
 DOWN = np.array([0.0, 0.0, -1.0])
 UPPER = tuple(f"{side}_{limb}" for side in SIDES for limb in ("upper_arm", "thigh"))
 LOWER = tuple(f"{side}_{limb}" for side in SIDES for limb in ("forearm", "shank"))
-ENDS = {
-    "upper_arm": ("shoulder", "elbow"),
-    "forearm": ("elbow", "hand"),
-    "thigh": ("hip", "knee"),
-    "shank": ("knee", "foot"),
+CARRIERS = {
+    f"{side}_{limb}": carrier
+    for side in SIDES
+    for limb, carrier in (
+        *(("upper_arm", "thorax"), ("forearm", f"{side}_upper_arm")),
+        *(("thigh", "pelvis"), ("shank", f"{side}_thigh")),
+    )
 }
+"""The part from which each limb has its axial rotation where no link gives it."""
 OPPOSITE = -1.0 + 1e-6  # [-] cosine below which the smallest rotation has no unique axis
 
 
@@ -49,20 +53,13 @@ def part_poses(
     turned["head"] = _swung(
         rotations.get("head", turned["thorax"])[None], -(at["head"] - at["neck"])[None]
     )[0]
-    carriers = {
-        **dict.fromkeys(("left_upper_arm", "right_upper_arm"), "thorax"),
-        **dict.fromkeys(("left_thigh", "right_thigh"), "pelvis"),
-        **{f"{side}_forearm": f"{side}_upper_arm" for side in SIDES},
-        **{f"{side}_shank": f"{side}_thigh" for side in SIDES},
-    }
     for level in (UPPER, LOWER):
         bones = []
         for part in level:
-            side, limb = part.split("_", 1)
-            start, end = (at[f"{side}_{joint}"] for joint in ENDS[limb])
+            start, end = (at[joint] for joint in LIMB_ENDS[part])
             origins[part] = start
             bones.append(end - start)
-        carried = np.stack([rotations.get(part, turned[carriers[part]]) for part in level])
+        carried = np.stack([rotations.get(part, turned[CARRIERS[part]]) for part in level])
         turned.update(zip(level, _swung(carried, np.stack(bones)), strict=True))
     return (
         np.stack([origins[part] for part in PARTS]),
@@ -71,25 +68,10 @@ def part_poses(
 
 
 def quaternions(rotations: FloatArray) -> FloatArray:
-    """(w, x, y, z) of rotation matrices, (n, 3, 3) to (n, 4); unit for NaN.
-
-    Markley's form of the quaternion's outer product: the row with the largest diagonal element is
-    the quaternion times a number that is far from zero.
-    """
+    """(w, x, y, z) of rotation matrices, (n, 3, 3) to (n, 4); unit for NaN."""
     known = np.asarray(np.isfinite(rotations).all(axis=(1, 2)))
-    m = np.where(known[:, None, None], rotations, np.eye(3))
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(m, 0, -1)
-    outer = np.array(
-        [
-            [1.0 + xx + yy + zz, zy - yz, xz - zx, yx - xy],
-            [zy - yz, 1.0 + xx - yy - zz, xy + yx, xz + zx],
-            [xz - zx, xy + yx, 1.0 - xx + yy - zz, yz + zy],
-            [yx - xy, xz + zx, yz + zy, 1.0 - xx - yy + zz],
-        ]
-    )
-    best = np.argmax(np.einsum("iin->in", outer), axis=0)
-    chosen = outer[best, :, np.arange(len(best))]
-    return np.asarray(chosen / np.linalg.norm(chosen, axis=1, keepdims=True))
+    matrices = np.where(known[:, None, None], rotations, np.eye(3))
+    return np.asarray(Rotation.from_matrix(matrices).as_quat()[:, [3, 0, 1, 2]])
 
 
 def _axes(up: FloatArray, left: FloatArray) -> FloatArray:

@@ -1,12 +1,14 @@
 """CSV files with the report's numbers."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import astuple
 
 import numpy as np
 
 from pose_core.api import ANGLES
 from pose_evaluation.gait_cycles import PERCENT
 from pose_evaluation.tables import agreement_csv, csv_text, evaluation_csv
+from pose_evaluation.uncertainty import Coverage
 from pose_view.report.analysis import Analysis
 from pose_view.report.recording import seconds
 
@@ -20,7 +22,7 @@ def csv_files(analysis: Analysis) -> dict[str, str]:
     }
     if analysis.compared is not None:
         files["evaluation.csv"] = evaluation_csv(analysis.compared.evaluation)
-        files["uncertainty.csv"] = _uncertainty(analysis)
+        files["uncertainty.csv"] = _uncertainty(analysis, analysis.compared.coverage)
     if analysis.cycles:
         files["cycles.csv"] = _cycles(analysis)
     return files
@@ -28,15 +30,7 @@ def csv_files(analysis: Analysis) -> dict[str, str]:
 
 def _motion(analysis: Analysis) -> str:
     rows = [
-        (
-            method,
-            angle,
-            each.lowest_deg,
-            each.lowest_s,
-            each.highest_deg,
-            each.highest_s,
-            each.range_deg,
-        )
+        (method, angle, *astuple(each), each.range_deg)
         for method, ranges in analysis.ranges.items()
         for angle, each in ranges.items()
     ]
@@ -58,8 +52,7 @@ def _angles(analysis: Analysis) -> str:
     return _text(analysis, ("method", "time_s", *(f"{name}_deg" for name in ANGLES)), rows)
 
 
-def _uncertainty(analysis: Analysis) -> str:
-    coverage: Mapping = {} if analysis.compared is None else analysis.compared.coverage
+def _uncertainty(analysis: Analysis, coverage: Mapping[str, Mapping[str, Coverage]]) -> str:
     rows = [
         (method, angle, each.within_1, each.within_2, each.mean_stddev_deg, each.samples)
         for method, angles in coverage.items()

@@ -6,12 +6,11 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import Progress, TaskID
+from rich.progress import Progress
 
 from pose_core.api import EstimateBlock, Extrinsics, FusionParameters, PeoplePipeline
 from pose_core.errors import PoseError
@@ -151,8 +150,12 @@ def read(
     console = Console(stderr=True)
     progress = Progress(console=console, transient=True)
     with open_bag(path) as bag, progress:
-        reading = progress.add_task("reading", total=1.0)
-        recorded = Recorded(bag, lambda share: progress.update(reading, completed=share))
+
+        def task(name: str) -> Callable[[float], None]:
+            number = progress.add_task(name, total=1.0)
+            return lambda share: progress.update(number, completed=share)
+
+        recorded = Recorded(bag, task("reading"))
         missing = missing_bodies(recorded, bodies, bag, alone=alone)
         if not missing:
             return recorded
@@ -164,22 +167,16 @@ def read(
             return recorded
         recorded.sensors = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
         for body, kind in missing.items():
-            task = progress.add_task(f"computing {body}", total=1.0)
             people = max_people if kind == FUSED else 1
             chosen = replace(fusion, subject=body, max_people=people)
-            report = partial(_completed, progress, task)
             try:
-                computed = compute_bodies(bag, kind, chosen, extrinsics, report)
+                computed = compute_bodies(bag, kind, chosen, extrinsics, task(f"computing {body}"))
             except PoseError as error:
                 print(f"without {body}: {error}", file=sys.stderr)
                 continue
             for found, snapshots in computed.items():
                 recorded.add_body(found, snapshots)
     return recorded
-
-
-def _completed(progress: Progress, task: TaskID, share: float) -> None:
-    progress.update(task, completed=share)
 
 
 def _play(viewer: Viewer, recorded: Recorded, rate: float) -> None:

@@ -8,9 +8,9 @@ from viser import FrameHandle, MeshHandle, SceneApi
 
 from pose_view.body.joint_marks import BALLS, BANDS, COLORS, ball_place, joint_marks, make_balls
 from pose_view.body.measures import MeasuredBody
-from pose_view.body.mesh import Mesh, box
 from pose_view.body.parts import PARTS, make_parts
 from pose_view.body.poses import part_poses, quaternions
+from pose_view.mesh import Mesh
 from pose_view.robot import RobotSnapshot
 from pose_view.snapshot import BodySnapshot
 from pose_view.web.places import Place
@@ -170,9 +170,10 @@ class Avatar:
                 carrier, place = IMU_PLACES[segment]
                 x, y, z = IMU_SIZE
                 # Its thin side to the body: back and front are along x, a limb's sides along y.
-                mesh = box((x, y, z) if abs(place[0]) > abs(place[1]) else (y, x, z))
+                size = (x, y, z) if abs(place[0]) > abs(place[1]) else (y, x, z)
                 position = tuple(np.array(place) * measures.size)
-                self._add(f"{carrier}/imu", mesh, IMU_COLOR, position=position, flat_shading=True)
+                name = f"{self._name}/{carrier}/imu"
+                self._scene.add_box(name, color=IMU_COLOR, dimensions=size, position=position)
         self._label.text = self._place.title
 
     def _add(

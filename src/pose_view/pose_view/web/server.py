@@ -94,11 +94,7 @@ class LocalServer(viser.ViserServer):
         """URL of the page for a browser on this machine."""
         host = self.get_host()
         host = "127.0.0.1" if host == "0.0.0.0" else host
-        return (
-            f"http://[{host}]:{self.get_port()}"
-            if ":" in host
-            else (f"http://{host}:{self.get_port()}")
-        )
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.get_port()}"
 
     @property
     def invitation(self) -> str:

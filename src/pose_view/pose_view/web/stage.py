@@ -7,8 +7,7 @@ import numpy as np
 from viser import CameraHandle, ClientHandle, LineSegmentsHandle
 
 from pose_core.api import FloatArray
-from pose_core.joints import JOINT_INDEX, SIDES
-from pose_view.body.mesh import box
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
 from pose_view.body.poses import quaternions
 from pose_view.snapshot import Snapshot
 from pose_view.web.avatar import Avatar, RobotAvatar
@@ -24,17 +23,10 @@ BONES = np.array(
     [
         (JOINT_INDEX[a], JOINT_INDEX[b])
         for a, b in (
-            ("head", "neck"),
-            ("neck", "torso"),
-            ("left_hip", "right_hip"),
-            *(
-                (f"{side}_{start}" if start not in ("neck", "torso") else start, f"{side}_{end}")
-                for side in SIDES
-                for start, end in (
-                    *(("neck", "shoulder"), ("shoulder", "elbow"), ("elbow", "hand")),
-                    *(("torso", "hip"), ("hip", "knee"), ("knee", "foot")),
-                )
-            ),
+            *(("head", "neck"), ("neck", "torso"), ("left_hip", "right_hip")),
+            *(("neck", f"{side}_shoulder") for side in SIDES),
+            *(("torso", f"{side}_hip") for side in SIDES),
+            *LIMB_ENDS.values(),
         )
     ]
 )
@@ -200,15 +192,7 @@ class Stage:
             wxyz=quaternions(T[None, :3, :3])[0],
             position=T[:3, 3],
         )
-        width, height, depth = KINECT_SIZE
-        body = box((width, height, depth))
-        scene.add_mesh_simple(
-            f"/sensors/{name}/case",
-            body.vertices,
-            body.faces,
-            color=KINECT_COLOR,
-            flat_shading=True,
-        )
+        scene.add_box(f"/sensors/{name}/case", color=KINECT_COLOR, dimensions=KINECT_SIZE)
         scene.add_camera_frustum(
             f"/sensors/{name}/view",
             fov=FIELD_OF_VIEW,

@@ -18,6 +18,8 @@ from pose_evaluation.uncertainty import stddev_at
 from pose_view.report.analysis import REFERENCE, Analysis, Compared
 from pose_view.report.figures.canvas import (
     COLUMNS,
+    FigureSet,
+    Picture,
     broken,
     line,
     method_style,
@@ -25,7 +27,6 @@ from pose_view.report.figures.canvas import (
     svg,
     without_wraps,
 )
-from pose_view.report.figures.figure import FigureSet, Picture
 from pose_view.report.recording import seconds
 
 MOST_DOTS = 400  # largest number of dots in a plot

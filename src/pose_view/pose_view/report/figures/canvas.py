@@ -8,6 +8,7 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from html import escape
 from typing import Any
 
@@ -55,6 +56,23 @@ COLOURS = {
     "imu": "#117733",
 }
 SENSOR_COLOURS = ("#56B4E9", "#009E73", "#BBAA00", "#6699CC")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """One plot."""
+
+    title: str
+    svg: str  # an <svg> element
+
+
+@dataclass(frozen=True, kw_only=True)
+class FigureSet:
+    """Plots of one figure, side by side where there is room."""
+
+    caption: str
+    pictures: Sequence[Picture]
+    is_wide: bool = False  # whether each plot has the page's full width
 
 
 def method_style(name: str, sensors: Sequence[str]) -> dict[str, Any]:

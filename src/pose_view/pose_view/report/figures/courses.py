@@ -19,13 +19,14 @@ from pose_evaluation.tables import method_label, readable
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import (
     HEIGHT,
+    FigureSet,
+    Picture,
     line,
     method_style,
     plot,
     svg,
     without_wraps,
 )
-from pose_view.report.figures.figure import FigureSet, Picture
 from pose_view.report.recording import seconds
 
 TIME = "time [s]"

@@ -4,8 +4,14 @@ from pose_core.api import ANGLES
 from pose_evaluation.gait_cycles import PERCENT
 from pose_evaluation.tables import readable
 from pose_view.report.analysis import REFERENCE, Analysis
-from pose_view.report.figures.canvas import group_of, method_style, plot, svg
-from pose_view.report.figures.figure import FigureSet, Picture
+from pose_view.report.figures.canvas import (
+    FigureSet,
+    Picture,
+    group_of,
+    method_style,
+    plot,
+    svg,
+)
 
 
 def cycle_figures(analysis: Analysis, side: str) -> FigureSet:

@@ -13,14 +13,12 @@ from pose_core.finite_numbers import mean_known
 from pose_evaluation.agreement import ViewAgreement
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.offline import IMU_ENDING
-from pose_evaluation.table import Table
+from pose_evaluation.table import Table, number
 from pose_evaluation.tables import method_label
 from pose_view.report.analysis import REFERENCE, Analysis
-from pose_view.report.figures.canvas import group_of, method_style
+from pose_view.report.figures.canvas import FigureSet, group_of, method_style
 from pose_view.report.figures.courses import legend
-from pose_view.report.figures.figure import FigureSet
-from pose_view.report.page.section import Section
-from pose_view.report.page.sections import sections
+from pose_view.report.page.sections import Section, sections
 
 # Of public recordings with two Kinects v2, best rigid fit: 2.3 to 6.6 cm.
 WELL_CM, FAIRLY_CM = 5.0, 8.0  # [cm] mean distance of the same joint in two views
@@ -171,15 +169,12 @@ def _reference_facts(analysis: Analysis) -> list[tuple[str, str]]:
     if alignment.shares_clock:
         text = "its stamps are the recording's own; nothing was moved"
     else:
+        begin_s = number(alignment.begins_at_s, 3, sign=True)
         text = (
-            (
-                f"its first frame was put {alignment.begins_at_s:+.3f} s after the recording's, by "
-                f"cross-correlation of the angles (r = {alignment.correlation:.3f}; the next best "
-                f"place has {alignment.next_best:.3f}); lags are therefore relative to "
-                f"{method_label(compared.aligned_with)}"
-            )
-            .replace("-", "−")
-            .replace("cross−", "cross-")
+            f"its first frame was put {begin_s} s after the recording's, by cross-correlation of "
+            f"the angles (r = {number(alignment.correlation, 3)}; the next best place has "
+            f"{number(alignment.next_best, 3)}); lags are therefore relative to "
+            f"{method_label(compared.aligned_with)}"
         )
     what = "joints and angles" if compared.reference.skeleton is not None else "angles alone"
     return [("reference", f"{compared.reference.name} ({what})"), ("aligned in time", text)]

@@ -1,7 +1,7 @@
 """The sections of the page."""
 
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from markupsafe import Markup
 
@@ -15,6 +15,7 @@ from pose_view.report.figures.agreement import (
     source_figure,
     uncertainty_figures,
 )
+from pose_view.report.figures.canvas import FigureSet
 from pose_view.report.figures.courses import (
     ROLE_COLOURS,
     angle_figures,
@@ -24,7 +25,6 @@ from pose_view.report.figures.courses import (
     joint_figures,
 )
 from pose_view.report.figures.cycles import cycle_figures
-from pose_view.report.page.section import Block, Section
 from pose_view.report.tables.accuracy import (
     accuracy_tables,
     coverage_table,
@@ -44,6 +44,19 @@ from pose_view.report.tables.stability import (
     source_table,
     timing_table,
 )
+
+Block = Table | FigureSet | str
+"""A table, figures, or a paragraph."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A heading and its content."""
+
+    anchor: str
+    title: str
+    blocks: Sequence[Block]
+    has_methods: bool = False  # whether its figures show methods that can be hidden
 
 
 def sections(analysis: Analysis, joint: str) -> list[Section]:
@@ -115,15 +128,14 @@ def _cycles_text(cycles: Cycles, source: str) -> str:
 
 
 def _uncertainty(analysis: Analysis) -> Section:
-    method = _account_of(analysis)
     blocks: list[Block] = []
+    line = ""
     if analysis.compared is not None:
         table = coverage_table(analysis.compared.coverage)
-        if table is not None:
-            blocks.append(table)
-    line = "; black line: the reference" if analysis.compared is not None else ""
+        blocks += [] if table is None else [table]
+        line = "; black line: the reference"
     blocks.append(f"Dark band: 1 σ, light band: 2 σ{line}.")
-    blocks.append(uncertainty_figures(analysis, method))
+    blocks.append(uncertainty_figures(analysis, _account_of(analysis)))
     return Section(anchor="uncertainty", title="Uncertainty", blocks=blocks)
 
 

@@ -53,16 +53,6 @@ def ellipsoid(half_axes: Sequence[float]) -> Mesh:
     return Mesh(vertices=vertices * np.asarray(half_axes, float), faces=unit.faces)
 
 
-def box(size: Sequence[float]) -> Mesh:
-    """A box about the origin, by its edges along x, y, z [m]."""
-    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-    faces = [
-        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
-        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
-    ]
-    return Mesh(vertices=corners * np.asarray(size, float), faces=np.array(faces, np.uint32))
-
-
 def moved(mesh: Mesh, offset: Sequence[float]) -> Mesh:
     """The mesh, translated by an offset [m]."""
     return Mesh(vertices=mesh.vertices + np.asarray(offset, float), faces=mesh.faces)
