@@ -73,6 +73,7 @@ from pose_core.streams.clocks import (
     series_on_reference_clock,
 )
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
+from pose_core.streams.recording_order import RecordingOrder, in_order
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, joined
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
 from pose_core.streams.stamp_judge import StampJudge
@@ -128,6 +129,7 @@ __all__ = [
     "Pipeline",
     "PipelineParameters",
     "PoseError",
+    "RecordingOrder",
     "PoseEstimate",
     "ROOT_DOF",
     "SEGMENTS",
@@ -156,6 +158,7 @@ __all__ = [
     "has_output_rate",
     "first_pass",
     "fuse",
+    "in_order",
     "inverse",
     "joined",
     "joint_angles",

@@ -17,6 +17,7 @@ from pose_core.api import (
     IntArray,
     SkeletonSample,
     SkeletonSeries,
+    in_order,
     series_of_estimates,
 )
 from pose_core.joints import JOINTS, TrackingState
@@ -74,7 +75,7 @@ def run_methods(
     """Run estimators side by side over the same samples.
 
     Args:
-        samples: Samples of all sensors, in the order of arrival.
+        samples: Samples of all sensors; they are used in the order of their stamps.
         setups: The methods to run.
         sensors: Names of the Kinects.
         extrinsics: Poses of the Kinects.
@@ -96,7 +97,7 @@ def run_methods(
     }
     with_imus = {setup.name: pipelines[setup.name] for setup in setups if setup.use_imus}
     estimates: dict[str, list[BodyEstimate]] = {name: [] for name in pipelines}
-    for sample in samples:
+    for sample in in_order(samples, extrinsics.clocks):
         takers = pipelines if isinstance(sample, SkeletonSample) else with_imus
         for name, pipeline in takers.items():
             estimates[name] += pipeline.add(sample)
@@ -108,8 +109,9 @@ def run_methods(
 def run_pipeline(
     pipeline: FusionPipeline, samples: Iterable[SkeletonSample | ImuSample]
 ) -> MethodRun:
-    """Run a pipeline over samples in the order of arrival."""
-    estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
+    """Run a pipeline over a recording's samples, in the order of their stamps."""
+    ordered = in_order(samples, pipeline.clocks)
+    estimates = [estimate for sample in ordered for estimate in pipeline.add(sample)]
     return run_of_estimates([*estimates, *pipeline.flush()])
 
 

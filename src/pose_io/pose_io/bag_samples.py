@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from pose_core.api import (
     ChosenPerson,
+    Clocks,
     EstimateSeries,
     Extrinsics,
     ImuBlock,
+    RecordingOrder,
     SkeletonSample,
     SkeletonSeries,
     estimate_series,
@@ -37,7 +39,7 @@ Progress = Callable[[float], None]
 
 
 class BagFrames:
-    """Frames of all sensors with all persons, in the order of their recording.
+    """Frames of all sensors with all persons, in the order of their recording or of their stamps.
 
     The bag is read incrementally: memory does not depend on its length.
 
@@ -45,15 +47,22 @@ class BagFrames:
         bag: An open bag.
         progress: Called from time to time with the fraction read.
         imus: Whether to read the IMUs too.
+        clocks: Clocks of the sources, for the order of stamps; None: the order of recording.
 
     Raises:
         InputError: If the bag contains no skeletons, or is damaged.
     """
 
     def __init__(
-        self, bag: BagReader, progress: Progress | None = None, *, imus: bool = True
+        self,
+        bag: BagReader,
+        progress: Progress | None = None,
+        *,
+        imus: bool = True,
+        clocks: Clocks | None = None,
     ) -> None:
         self._bag = bag
+        self._order = None if clocks is None else RecordingOrder(clocks)
         self._sensors = {topic: name for name, topic in sensor_topics(bag).items()}
         self._imus = {topic: name for name, topic in imu_topics(bag).items() if imus}
         self._progress = progress or (lambda _: None)
@@ -68,35 +77,40 @@ class BagFrames:
             )
 
     def __iter__(self) -> Iterator[Persons | ImuBlock]:
+        order = self._order
         for batch in self._bag.batches([*self._sensors, *self._imus]):
             self._progress(self._bag.share_before(batch[0][1]))
-            yield from self._in_turns(batch)
+            frames, block, places = self._sorted(batch)
+            if order is None:
+                yield from _in_turns(frames, block, places)
+            else:
+                yield from order.add(frames, block, places)
+        if order is not None:
+            yield from order.flush()
         self._progress(1.0)
 
-    def _in_turns(self, batch: list[Entry]) -> Iterator[Persons | ImuBlock]:
-        """Samples of a batch; IMU samples recorded between two frames form one block."""
+    @property
+    def ahead(self) -> Mapping[str, int]:
+        """IMU samples left out, by segment; see :class:`RecordingOrder`."""
+        return {} if self._order is None else self._order.ahead
+
+    def _sorted(
+        self, batch: list[Entry]
+    ) -> tuple[list[tuple[int, Persons]], ImuBlock, NDArray[np.intp]]:
+        """A batch's frames with their places in it, and the samples of IMUs with theirs."""
         places: dict[str, list[int]] = defaultdict(list)
         for place, (connection, _, _) in enumerate(batch):
             places[connection.topic].append(place)
         block, block_places = self._imu_rows(batch, places)
-        frames = sorted(
+        found = [
             (place, persons)
             for topic in self._sensors
             for place, persons in self._frames(topic, batch, places[topic])
-        )
-        stops = np.searchsorted(block_places, [place for place, _ in frames]).tolist()
-        start = 0
-        for stop, (_, persons) in zip(stops, frames, strict=True):
-            if start < stop:
-                yield block.rows(slice(start, stop))
-                start = stop
-            self.counters.add("frames")
-            if isinstance(persons, InputError):
-                self.counters.add("malformed_frames")
-            else:
-                yield persons
-        if start < len(block):
-            yield block.rows(slice(start, None))
+        ]
+        frames = sorted((p, each) for p, each in found if not isinstance(each, InputError))
+        self.counters.add("frames", len(found))
+        self.counters.add("malformed_frames", len(found) - len(frames))
+        return frames, block, block_places
 
     def _imu_rows(
         self, batch: list[Entry], places: Mapping[str, list[int]]
@@ -126,6 +140,21 @@ class BagFrames:
             for each, stamp_ns, data in (batch[place] for place in places)
         )
         return [self._bag.in_our_bytes(message) for message in messages]
+
+
+def _in_turns(
+    frames: list[tuple[int, Persons]], block: ImuBlock, places: NDArray[np.intp]
+) -> Iterator[Persons | ImuBlock]:
+    """Samples by their places in a batch; those of IMUs between two frames form one block."""
+    stops = np.searchsorted(places, [place for place, _ in frames]).tolist()
+    start = 0
+    for stop, (_, persons) in zip(stops, frames, strict=True):
+        if start < stop:
+            yield block.rows(slice(start, stop))
+            start = stop
+        yield persons
+    if start < len(block):
+        yield block.rows(slice(start, None))
 
 
 class BagSamples:

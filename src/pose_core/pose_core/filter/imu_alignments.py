@@ -143,9 +143,7 @@ class ImuAlignments:
         stamp_ns, imus = observation.stamp_ns, observation.imus
         self._exchanges.add(stamp_ns, observation.positions, observation.tracking_state, imus)
         headings = self._headings(imus.segments, state)
-        self._slips.add(
-            stamp_ns, observation.positions, observation.tracking_state, imus, headings
-        )
+        self._slips.add(stamp_ns, observation.positions, observation.tracking_state, imus, headings)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns

@@ -10,6 +10,7 @@ from pose_core.estimators.registry import estimator_class
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
+from pose_core.streams.recording_order import in_order
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
 
@@ -21,7 +22,7 @@ def fuse(
     """Estimate one person's pose over a recording.
 
     Args:
-        samples: Samples of all sensors, in the order of arrival.
+        samples: Samples of all sensors, in the order of arrival or of their stamps.
         extrinsics: Poses of the sensors and their clocks.
         parameters: The estimator and its settings; if None, the default one with these sensors.
 
@@ -33,10 +34,14 @@ def fuse(
     before = first_pass(parameters)
     if before is not None:
         samples, aligning = list(samples), FusionPipeline(before, extrinsics)
-        for sample in samples:
+        for sample in in_order(samples, extrinsics.clocks):
             aligning.add(sample)
         pipeline.use_sensor_to_segment(aligning.sensor_to_segment)
-    estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
+    estimates = [
+        estimate
+        for sample in in_order(samples, extrinsics.clocks)
+        for estimate in pipeline.add(sample)
+    ]
     return series_of_estimates([*estimates, *pipeline.flush()])
 
 

@@ -143,6 +143,11 @@ class FusionPipeline:
         """Use known mountings; headings and other IMUs are still aligned from motion."""
         self._runner.use_sensor_to_segment(alignments)
 
+    @property
+    def clocks(self) -> Clocks:
+        """Clocks that correct the stamps."""
+        return self._preprocessor.clocks
+
     def use_clocks(self, clocks: Clocks) -> None:
         """Correct later stamps by these clocks; earlier samples keep theirs."""
         self._find_delay(clocks)

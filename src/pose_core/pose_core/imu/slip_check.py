@@ -8,9 +8,9 @@ sensor has rotated by S, in its own axes, which maximises
 .. math:: J(S) = \sum_{c,k} w_{ck}\, u_{l,ck} \cdot S\,u_{b,ck} + w_0\,\mathrm{tr}\,S
 
 over all cameras c and axes k: the long axis, of legs also the hinge of the bent knee, of the trunk
-the line through the shoulders. It has slipped if S explains the axes clearly better than no rotation
-does, for each camera. The filter's own rotations are not used: an IMU that takes part has turned
-them already.
+the line through the shoulders. It has slipped if S explains the axes clearly better than no
+rotation does, for each camera. The filter's own rotations are not used: an IMU that takes part has
+turned them already.
 """
 
 from collections import deque

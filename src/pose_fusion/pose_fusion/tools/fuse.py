@@ -175,7 +175,11 @@ def fuse(
             aligning = make_pipeline(before, extrinsics, lambda *_: None, Console(quiet=True))
             add_all(aligning, bag, progress, "aligning the IMUs")
             pipeline.use_sensor_to_segment(aligning.subject.sensor_to_segment)
-        add_all(pipeline, bag, progress, "fusing")
+        for segment, count in add_all(pipeline, bag, progress, "fusing").items():
+            console.print(
+                f"IMU {segment}: {count} samples left out: their stamps are more than a second "
+                "ahead of all cameras': set the clock of what stamps them"
+            )
         if not pipeline.estimates:
             if parameters.estimator == "imu" and not pipeline.imu_samples:
                 raise InputError(
@@ -193,12 +197,18 @@ def fuse(
     return pipeline
 
 
-def add_all(pipeline: PeoplePipeline, bag: BagReader, progress: Progress, what: str) -> None:
-    """Add all samples of a bag, with a progress bar of that name."""
+def add_all(
+    pipeline: PeoplePipeline, bag: BagReader, progress: Progress, what: str
+) -> Mapping[str, int]:
+    """Add all samples of a bag, with a progress bar of that name; IMU samples left out."""
     task = progress.add_task(what, total=1.0)
-    for each in BagFrames(bag, lambda share: progress.update(task, completed=share)):
+    frames = BagFrames(
+        bag, lambda share: progress.update(task, completed=share), clocks=pipeline.clocks
+    )
+    for each in frames:
         pipeline.add(each)
     pipeline.flush()
+    return frames.ahead
 
 
 def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:

@@ -91,7 +91,7 @@ def compute_bodies(
         bodies[body] += [estimate_snapshot(estimate) for estimate in block]
 
     pipeline = PeoplePipeline(replace(parameters, **SETTINGS[kind]), show, extrinsics)
-    for each in BagFrames(bag, progress, imus=kind != "kinect"):
+    for each in BagFrames(bag, progress, imus=kind != "kinect", clocks=extrinsics.clocks):
         pipeline.add(each)
     pipeline.flush()
     if not bodies:

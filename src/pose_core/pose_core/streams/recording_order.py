@@ -1,0 +1,133 @@
+"""Orders a recording's samples by their stamps, however late and by whichever clock they came.
+
+Live, samples are used as they arrive. Of a recording, a frame waits for a second of later frames,
+so that those of a sensor whose clock or network is behind, and the samples of IMUs, come in their
+place. A single IMU whose clock is ahead then makes no other sample late.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from heapq import heappop, heappush
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.stamps import JUMP_BACK_NS
+from pose_core.streams.clocks import IMUS, Clock, Clocks, block_on_reference_clock
+from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of, joined
+
+WAIT_NS = JUMP_BACK_NS  # [ns] for which a frame waits; a longer step back is a new start
+BATCH = 2000  # samples that are ordered together
+
+Frame = Sequence[SkeletonSample]
+
+
+class RecordingOrder:
+    """Frames of all sensors and samples of all IMUs, in the order of their stamps.
+
+    Args:
+        clocks: Clocks that correct the stamps; the samples keep their own.
+    """
+
+    def __init__(self, clocks: Clocks) -> None:
+        self._clocks = clocks
+        self._newest_ns = 0  # no sample before the window's length from it is waited for
+        self._frames: list[tuple[int, int, Frame]] = []  # a heap by stamp, then by arrival
+        self._count = 0
+        self._imus: list[ImuBlock] = []
+        self.ahead: Counter[str] = Counter()
+        """Samples left out, by segment: their stamps are too far ahead of all others."""
+
+    def add(
+        self, frames: Sequence[tuple[int, Frame]], block: ImuBlock, places: NDArray[np.intp]
+    ) -> Iterator[Frame | ImuBlock]:
+        """Add a batch of a recording.
+
+        Args:
+            frames: Its frames, each with its place among all samples; the places ascend.
+            block: Its samples of IMUs.
+            places: Their places, (n,), ascending.
+
+        Yields:
+            What need not wait any longer; of IMUs, the samples between two frames as one block.
+        """
+        start = 0
+        for place, frame in frames:
+            stamp_ns = self._newest_ns
+            if frame:
+                stamp_ns = self._clock(frame[0].sensor).to_reference(frame[0].stamp_ns)
+            if stamp_ns < self._newest_ns - WAIT_NS:  # the recording begins anew
+                stop = int(np.searchsorted(places, place))
+                self._imus.append(block.rows(slice(start, stop)))
+                yield from self.flush()
+                start, self._newest_ns = stop, stamp_ns
+            self._newest_ns = max(self._newest_ns, stamp_ns)
+            self._count += 1
+            heappush(self._frames, (stamp_ns, self._count, frame))
+        if start < len(block):
+            self._imus.append(block.rows(slice(start, None)))
+            self._newest_ns = max(self._newest_ns, self._all_imus_passed_ns())
+        yield from self._ready(self._newest_ns - WAIT_NS)
+
+    def flush(self) -> Iterator[Frame | ImuBlock]:
+        """What still waits."""
+        yield from self._ready(np.iinfo(np.int64).max)
+
+    def _ready(self, until_ns: int) -> Iterator[Frame | ImuBlock]:
+        """All samples up to an instant, in order."""
+        block = joined(self._imus)
+        stamps_ns = block_on_reference_clock(block, self._clocks).stamps_ns
+        is_ahead = stamps_ns > self._newest_ns + WAIT_NS
+        self.ahead.update(block.segments[imu] for imu in block.imu[is_ahead].tolist())
+        order = np.argsort(stamps_ns, kind="stable")[: int(np.sum(~is_ahead))]
+        block, stamps_ns = block.rows(order), stamps_ns[order]
+        start = 0
+        while self._frames and self._frames[0][0] <= until_ns:
+            stamp_ns, _, frame = heappop(self._frames)
+            stop = int(np.searchsorted(stamps_ns, stamp_ns, side="right"))
+            if start < stop:
+                yield block.rows(slice(start, stop))
+                start = stop
+            yield frame
+        stop = int(np.searchsorted(stamps_ns, until_ns, side="right"))
+        if start < stop:
+            yield block.rows(slice(start, stop))
+        self._imus = [block.rows(slice(max(start, stop), None))]
+
+    def _clock(self, source: str) -> Clock:
+        return self._clocks.get(source, Clock())
+
+    def _all_imus_passed_ns(self) -> int:
+        """The instant that every IMU of the last block has passed [ns]."""
+        last = self._imus[-1]
+        newest_ns = [int(last.stamps_ns[last.imu == imu].max()) for imu in np.unique(last.imu)]
+        return self._clock(IMUS).to_reference(min(newest_ns))
+
+
+def in_order(
+    samples: Iterable[SkeletonSample | ImuSample | ImuBlock], clocks: Clocks
+) -> Iterator[SkeletonSample | ImuBlock]:
+    """One person's samples in the order of their stamps; see :class:`RecordingOrder`."""
+    order, left = RecordingOrder(clocks), iter(samples)
+    while batch := list(islice(left, BATCH)):
+        blocks = [
+            (place, block_of(each) if isinstance(each, ImuSample) else each)
+            for place, each in enumerate(batch)
+            if not isinstance(each, SkeletonSample)
+        ]
+        frames = [
+            (place, [each]) for place, each in enumerate(batch) if isinstance(each, SkeletonSample)
+        ]
+        places = np.repeat([place for place, _ in blocks], [len(block) for _, block in blocks])
+        found = order.add(frames, joined([block for _, block in blocks]), places.astype(np.intp))
+        yield from _one_by_one(found)
+    yield from _one_by_one(order.flush())
+
+
+def _one_by_one(samples: Iterable[Frame | ImuBlock]) -> Iterator[SkeletonSample | ImuBlock]:
+    for each in samples:
+        if isinstance(each, ImuBlock):
+            yield each
+        else:
+            yield from each
