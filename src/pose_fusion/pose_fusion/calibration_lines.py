@@ -15,9 +15,10 @@ def floor_line(extrinsics: Extrinsics) -> str:
     height = f"{floor.height:.2f}"
     if np.isfinite(floor.height_stddev):
         height += f" ± {floor.height_stddev:.2f}"
+    tilt_deg = round(np.degrees(floor.tilt), 1) + 0.0  # no "-0.0"
     return (
         f"'{extrinsics.reference}' stands {height} m above the floor, tilted down by "
-        f"{np.degrees(floor.tilt):.1f} ± {np.degrees(floor.up_stddev):.1f}° (from: {floor.source})"
+        f"{tilt_deg:.1f} ± {np.degrees(floor.up_stddev):.1f}° (from: {floor.source})"
     )
 
 

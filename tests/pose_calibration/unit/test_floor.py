@@ -112,6 +112,22 @@ def test_without_an_upright_person_the_sensor_is_taken_as_level():
     assert floor.height_stddev == np.inf
 
 
+def test_resting_feet_do_not_tilt_a_sensor_that_is_taken_as_level():
+    """A seated person, whose tracker draws one foot higher than the other."""
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0, 0.0)
+    positions = np.full((50, 15, 3), np.nan)
+    rng = np.random.default_rng(1)
+    feet_map = np.array([[2.0, 0.15, 0.08], [2.3, -0.15, 0.16]])
+    feet = (feet_map - T[:3, 3]) @ T[:3, :3]
+    feet = feet + rng.normal(0.0, 0.01, (50, 2, 3))
+    positions[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]] = feet
+    floor = estimate_floor(positions)
+    assert floor.source == LEVEL_SENSOR
+    assert up_error_deg(floor.T_map_reference, T) < 0.1
+    assert floor.up_stddev == pytest.approx(np.radians(10.0), rel=0.05)
+    assert abs(floor.height - 1.2) < 2.0 * floor.height_stddev
+
+
 def test_a_known_mounting_overrides_the_estimate():
     T = sensor_pose(0.0, 0.0, 1.2, 0.0, 10.0)
     known = KnownMounting(tilt=np.radians(14.0), height=2.0)

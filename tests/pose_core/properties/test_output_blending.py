@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from synthetic_body import MODEL, SHAPE, kinematics
 
+from pose_core.body.kinematics import model_arrays
 from pose_core.fusion.output_grid import OutputGrid
+from pose_core.kernels.output import blend_joints
 from pose_core.kernels.output_blending import (
     LARGEST_TRAVEL,
     TRAVEL_AFTER_GAP,
@@ -11,7 +15,7 @@ from pose_core.kernels.output_blending import (
     elapsed_s,
     make_blending,
 )
-from pose_core.kernels.published_state import make_dof_estimate
+from pose_core.kernels.published_state import PublishedState, make_dof_estimate
 
 MS = 1_000_000
 LIMITS = np.radians([-110.0, 110.0])
@@ -97,6 +101,61 @@ def test_blending_adds_no_lag_to_a_smooth_filter():
     assert np.degrees(np.abs(position - true).max()) < 0.1
     assert np.degrees(np.abs(velocity - rate).max()) < 4.0
     assert known.all()
+
+
+def published_joints(poses, rates, jumps=0.0):
+    """Joints as published at 100 Hz, (n, 15, 3), of a person with a root at rest.
+
+    Args:
+        poses: The filter's poses.
+        rates: Angular velocities of its links, (n, links, 3) [rad/s].
+        jumps: Errors of its joints, (n, 15, 3) [m].
+    """
+    model, blending = model_arrays(MODEL, SHAPE.offsets), make_blending(MODEL.size)
+    blending.slow_s[0] = 0.0  # the start is over
+    jumps, zero = np.broadcast_to(jumps, (len(poses.positions), 15, 3)), np.zeros(3)
+    found = np.empty_like(poses.positions)
+    for k, joints in enumerate(poses.positions):
+        links = len(poses.rotations[k])
+        state = PublishedState(
+            zero,
+            zero,
+            poses.rotations[k],
+            rates[k],
+            joints + jumps[k],
+            zero,
+            np.zeros((links, 3, 3)),
+            np.zeros((2, links, 3, 3)),
+            np.ones(1),
+        )
+        blending.R_map_root[:] = poses.rotations[k, 0]
+        blend_joints(model, PERIOD_S if k else 0.0, state, blending, found[k])
+    return found
+
+
+def test_a_step_of_a_joint_is_blended_out():
+    poses = kinematics().pose(np.zeros((100, MODEL.size)))
+    jumps = np.zeros((100, 15, 3))
+    jumps[50:, -1] = [0.3, 0.0, 0.2]
+    found = published_joints(poses, np.zeros((*poses.rotations.shape[:2], 3)), jumps)
+    steps = np.linalg.norm(np.diff(found, axis=0), axis=2)
+    assert steps[:, -1].max() < 0.1
+    assert steps[:, :-1].max() < 1e-9
+    np.testing.assert_allclose(found[-1], poses.positions[-1] + jumps[-1], atol=1e-6)
+
+
+def test_blending_adds_no_lag_to_moving_joints():
+    t = np.arange(200) * PERIOD_S
+    dof = np.zeros((200, MODEL.size))
+    for name in ("left_shoulder_flexion", "left_elbow_flexion", "right_hip_flexion"):
+        dof[:, MODEL.dof_index[name]] = 0.6 + 0.5 * np.sin(4.0 * t)
+    poses = kinematics().pose(dof)
+    before, after = poses.rotations[:-1], poses.rotations[1:]
+    turned = Rotation.from_matrix((after @ np.swapaxes(before, 2, 3)).reshape(-1, 3, 3))
+    rates = turned.as_rotvec().reshape(*before.shape[:2], 3) / PERIOD_S
+    rates = np.concatenate([rates[:1], 0.5 * (rates[1:] + rates[:-1]), rates[-1:]])
+    found = published_joints(poses, rates)
+    assert np.abs(found - poses.positions).max() < 0.002
 
 
 def test_angles_are_clipped_to_limits_and_held_as_unknown_far_beyond_them():

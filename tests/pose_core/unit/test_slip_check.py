@@ -1,4 +1,4 @@
-"""A slipped strap is found from the segment's axes, whatever the mounting and the cameras' offsets."""
+"""A slipped strap is found by a segment's axes, whatever the mounting and the cameras' offsets."""
 
 import numpy as np
 import pytest
@@ -64,7 +64,7 @@ def found(degrees, axis, *, until_s=21.0, cameras=2, cameras_err_from_s=np.inf, 
         positions = np.where((states == 2)[..., None], positions, np.nan)
         known = headings if is_aligned else np.full(2, np.nan)
         check.add(10**18 + k * PERIOD_NS, positions, states, measured, known)
-    return set(check.slipped())
+    return set(check.slipped)
 
 
 @pytest.mark.parametrize("axis", AXES)
@@ -90,4 +90,4 @@ def test_imus_that_are_not_aligned_are_not_judged():
 def test_the_measurements_before_an_alignment_are_forgotten():
     check = SlipCheck()
     check.forget("left_thigh")
-    assert check.slipped() == ()
+    assert check.slipped == ()

@@ -78,7 +78,10 @@ def estimate_floor(
     sole, slope_stddev, height_stddev = np.nan, up_stddev, np.inf
     standing = _lower_feet(feet, up)
     if len(standing) >= MIN_UPRIGHT_FRAMES:
-        up, sole, slope_stddev, height_stddev = _plane(standing, up, up_stddev)
+        plane = _plane(standing, up, up_stddev)
+        if source == LEVEL_SENSOR and plane[2] >= FEET_COUNT_BELOW * up_stddev:
+            plane = _plane(standing, up, up_stddev, have_walked=False)
+        up, sole, slope_stddev, height_stddev = plane
         if source != KNOWN_MOUNTING and slope_stddev < FEET_COUNT_BELOW * up_stddev:
             source = FEET if gravity is None else f"{gravity.source} and walking feet"
     height, height_stddev = _height(sole, height_stddev, mounting)
@@ -145,9 +148,15 @@ def _lower_feet(feet: FloatArray, up: FloatArray) -> FloatArray:
 
 
 def _plane(
-    standing: FloatArray, up: FloatArray, up_stddev: float
+    standing: FloatArray, up: FloatArray, up_stddev: float, *, have_walked: bool = True
 ) -> tuple[FloatArray, float, float, float]:
     """The plane of the standing feet, with an initial estimate of its normal as prior.
+
+    Args:
+        standing: The lower feet [m] in the reference's frame, (n, 3).
+        up: The initial estimate, (3,).
+        up_stddev: Its standard deviation [rad].
+        have_walked: Whether the feet correct it; feet at rest show hardly any slope.
 
     Returns:
         Its normal, the feet's height along it relative to the sensor [m], the standard deviations
@@ -178,6 +187,7 @@ def _plane(
     slope_covariance = covariance[:2, :2] + np.tan(FOOT_SLOPE_STDDEV) ** 2 * np.eye(2)
     body_covariance = np.tan(up_stddev) ** 2 * np.eye(2)
     gain = body_covariance @ np.linalg.inv(body_covariance + slope_covariance)
+    gain *= have_walked
     a, b = gain @ solution[:2]
     normal = np.array([-a, -b, 1.0]) / np.sqrt(a * a + b * b + 1.0)
     sole = float(normal @ [*centre, solution[2]])

@@ -19,6 +19,7 @@ from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.facing_check import FacingCheck
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.imu_alignments import ImuAlignments
+from pose_core.filter.start_frames import StartFrames
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.tracker_errors import LONGEST_GAP_S
@@ -78,6 +79,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._alignments = ImuAlignments(model, self.tuning.imu.spine_bend)
         self._facing = FacingCheck()
         self._crossed = CrossedLimbsCheck()
+        self._start_frames = StartFrames(sensors)
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
         self._nis = np.full(1, CONSISTENT_NIS)
@@ -117,6 +119,7 @@ class DefaultEstimator(StepwiseEstimator):
     def _step(self, observation: Observation) -> FloatArray | None:
         """Run one filter step; the information of its update, None if there is no pose."""
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
+        self._start_frames.add(observation)
         if not self._predict_or_start(observation, ahead_s):
             return None
         # After a start, the state is at the observation's instant.
@@ -125,10 +128,8 @@ class DefaultEstimator(StepwiseEstimator):
         result = self._update_filter(observation, late_s, information)
         if result is None:
             return None
-        if self._has_diverged(observation, result):
-            self.counters.add("filter_restarts_strayed")
-            if not self._start(observation):
-                return None
+        if self._has_diverged(observation, result) and not self._start(observation, "strayed"):
+            return None
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")
             return None
@@ -164,8 +165,7 @@ class DefaultEstimator(StepwiseEstimator):
             return False
         is_apart = ahead_s >= self.parameters.forget_after
         if ahead_s <= -JUMP_BACK_S or (is_apart and not self._has_imus(observation)):
-            self.counters.add("filter_restarts_gap")
-            return self._start(observation)
+            return self._start(observation, "gap")
         if ahead_s > 0.0:
             self._filter.predict(ahead_s)
             self._stamp_ns = observation.stamp_ns
@@ -175,12 +175,27 @@ class DefaultEstimator(StepwiseEstimator):
         """Whether there are samples of IMUs and at least one IMU is aligned."""
         return len(observation.imus) > 0 and any(use.is_aligned for use in self.imu_uses)
 
-    def _start(self, observation: Observation) -> bool:
-        """Initialise the filter from the mean of the cameras; False if the trunk is not visible."""
-        if not self._filter.start(nan_mean(observation.positions)):
+    def _start(self, observation: Observation, fault: str = "") -> bool:
+        """Start the filter where the cameras see the person, because of a fault if it restarts.
+
+        Returns:
+            Whether it started: without the trunk, or other cameras' first frames, it waits.
+        """
+        joints, waits = self._start_frames.choose(observation.stamp_ns)
+        if waits:
+            return False
+        return self._start_at(
+            observation, nan_mean(observation.positions) if joints is None else joints, fault
+        )
+
+    def _start_at(self, observation: Observation, joints: FloatArray, fault: str) -> bool:
+        """Start the filter at joints, (15, 3) [m]; False if the trunk is not among them."""
+        if not self._filter.start(joints):
             self.counters.add("frames_without_trunk")
             return False
         self.counters.add("filter_starts")
+        if fault:
+            self.counters.add(f"filter_restarts_{fault}")
         self._alignments.restart()
         self._facing.restart()
         self._crossed.restart()
@@ -206,8 +221,7 @@ class DefaultEstimator(StepwiseEstimator):
             if not any(joints) or not self._uses_cameras():
                 continue
             frame, fault = self._frame(observation, sensor, late_s)
-            if fault and self._start(observation):
-                self.counters.add(f"filter_restarts_{fault}")
+            if fault and self._start_at(observation, nan_mean(observation.positions), fault):
                 self._alignments.restart(discard=True)
                 return result
             result = self._filter.update_with_frame(frame, information[0])

@@ -34,32 +34,41 @@ class VarianceCalibrations:
 
 LIVE = VarianceCalibrations(
     kinect={
+        "hip_flexion": VarianceCalibration(factor=0.7, late_s=0.016, stddev_deg=3.5),
         "hip": VarianceCalibration(factor=0.7, late_s=0.016, stddev_deg=1.5),
         "knee": VarianceCalibration(factor=0.6, late_s=0.0065),
+        "shoulder_abduction": VarianceCalibration(factor=0.8, late_s=0.026, stddev_deg=4.0),
         "shoulder": VarianceCalibration(factor=0.8, late_s=0.026, stddev_deg=2.5),
-        "elbow": VarianceCalibration(factor=0.75),
+        "elbow": VarianceCalibration(factor=0.5),
     },
     with_imu={
+        "hip_flexion": VarianceCalibration(late_s=0.026, stddev_deg=4.5),
         "hip": VarianceCalibration(late_s=0.026, stddev_deg=3.0),
-        "knee": VarianceCalibration(stddev_deg=3.3),
+        "knee": VarianceCalibration(stddev_deg=3.6),
+        "shoulder_abduction": VarianceCalibration(stddev_deg=8.0),
         "shoulder": VarianceCalibration(stddev_deg=6.5),
-        "elbow": VarianceCalibration(factor=1.7, stddev_deg=4.7),
+        "elbow": VarianceCalibration(factor=1.1, stddev_deg=3.6),
     },
 )
 SMOOTHED = VarianceCalibrations(
     kinect={
+        "hip_flexion": VarianceCalibration(factor=1.4, late_s=0.026, stddev_deg=4.0),
         "hip": VarianceCalibration(factor=1.4, late_s=0.026, stddev_deg=3.0),
         "knee": VarianceCalibration(factor=2.2, late_s=0.0065),
+        "shoulder_abduction": VarianceCalibration(late_s=0.046, stddev_deg=7.5),
         "shoulder": VarianceCalibration(late_s=0.046, stddev_deg=6.5),
-        "elbow": VarianceCalibration(factor=2.0, stddev_deg=1.0),
+        "elbow": VarianceCalibration(factor=1.4, stddev_deg=0.7),
     },
     with_imu={
+        "hip_flexion": VarianceCalibration(factor=2.2, late_s=0.019, stddev_deg=4.5),
         "hip": VarianceCalibration(factor=2.2, late_s=0.019, stddev_deg=2.5),
         "knee": VarianceCalibration(factor=2.0, stddev_deg=3.2),
+        "shoulder_abduction": VarianceCalibration(late_s=0.039, stddev_deg=8.0),
         "shoulder": VarianceCalibration(late_s=0.039, stddev_deg=6.5),
-        "elbow": VarianceCalibration(factor=5.1, stddev_deg=3.0),
+        "elbow": VarianceCalibration(factor=3.3, stddev_deg=2.5),
     },
 )
+"""Of a degree of freedom, the first whose name is part of its name counts."""
 
 
 def coefficients_of(model: BodyModel, calibrations: VarianceCalibrations) -> FloatArray:

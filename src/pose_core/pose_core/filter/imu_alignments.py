@@ -169,7 +169,7 @@ class ImuAlignments:
 
     def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
-        exchanged, slipped = self._exchanges.exchanged(), self._slips.slipped()
+        exchanged, slipped = self._exchanges.exchanged(), self._slips.slipped
         for _, worn in self._worn_by(segments):
             worn.use.exchanged_with = exchanged.get(worn.use.segment, "")
             if worn.use.exchanged_with:

@@ -39,7 +39,10 @@ class ImuUse:
         if self.is_aligned:
             return ""
         if self.is_unlike:
-            return "its motion does not fit this segment as the cameras see it: is it worn there?"
+            return (
+                "its motion does not fit this segment as the cameras see it: is it worn there, "
+                "and is its clock right?"
+            )
         if self.contradictions:
             what = "the cameras or its gyroscope contradict it"
             return f"{what}: check its strap and its segment; move to realign it"
@@ -53,7 +56,9 @@ class ImuUse:
         if self.reason:
             return f"{self.segment}: not used, {self.reason}"
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
+        anew = f"; aligned anew {self.contradictions} times, see its strap"
         return (
             f"{self.segment}: used for {100.0 * self.used / max(self.instants, 1):.0f} % of frames,"
             f" tilt known to {tilt:.1f}°, turn to {turn:.1f}°, heading to {heading:.1f}°"
+            + (anew if self.contradictions else "")
         )

@@ -37,7 +37,7 @@ class PoseOutput(NamedTuple):
     weight_kinect: FloatArray  # (n, d) [-]
     weight_imu: FloatArray  # (n, d) [-]
     source: NDArray[np.uint8]  # (n, d)
-    joints: FloatArray  # (n, joints, 3) [m]: the filter's, relative to the published root
+    joints: FloatArray  # (n, joints, 3) [m]: the filter's, blended
     fk_joints: FloatArray  # (n, joints, 3) [m]: from the published degrees of freedom
     T_map_link: FloatArray  # (n, links, 4, 4): likewise
 
@@ -77,7 +77,8 @@ def output_states(
         rotate_into_hinge_planes(rotations, body.hinges)
         extract_pose(body.model, state.position, rotations, state, blending.position, dof)
         share_out(dof.information, output.weight_kinect[n], output.weight_imu[n], output.source[n])
-        blend(body, int(stamps_ns[n]), rotations[0], blending, dof, output.is_known[n])
+        dt_s = elapsed_s(blending, int(stamps_ns[n]))
+        blend(body, dt_s, rotations[0], blending, dof, output.is_known[n])
         published_variance(
             dof,
             blending.velocity,
@@ -87,7 +88,8 @@ def output_states(
             output.variance[n],
         )
         output.position[n], output.velocity[n] = blending.position, blending.velocity
-        move_along(state, blending, output.joints[n])
+        blend_joints(body.model, dt_s, state, blending, output.joints[n])
+        blending.stamp_ns[0] = stamps_ns[n]
         compute_links(
             body.model,
             np.eye(3),
@@ -107,7 +109,7 @@ def output_states(
 @compiled
 def blend(
     body: OutputBody,
-    stamp_ns: int,
+    dt_s: float,
     R_map_root: FloatArray,
     blending: Blending,
     dof: DofEstimate,
@@ -117,20 +119,18 @@ def blend(
 
     Args:
         body: The body.
-        stamp_ns: [ns].
+        dt_s: See :func:`elapsed_s`.
         R_map_root: The root's rotation, (3, 3).
         blending: The last output; updated.
         dof: The filter's estimate; the root's becomes the published one, and what blending adds
             to the variances is filled in.
         is_known: Filled, (d,).
     """
-    dt_s = elapsed_s(blending, stamp_ns)
     dof.blended[:] = 0.0
     blend_root(dt_s, R_map_root, blending, dof)
     is_known[:ROOT_DOF] = True
     for at in range(ROOT_DOF, len(is_known)):
         is_known[at] = blend_angle(blending, at, dt_s, dof, body.limits[at])
-    blending.stamp_ns[0] = stamp_ns
 
 
 @compiled
@@ -166,17 +166,59 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, dof: Dof
 
 
 @compiled
-def move_along(state: PublishedState, blending: Blending, joints: FloatArray) -> None:
-    """The filter's joints, (joints, 3), moved with the root from its pose to the published one."""
-    turn = np.empty((3, 3))
+def blend_joints(
+    model: ModelArrays,
+    dt_s: float,
+    state: PublishedState,
+    blending: Blending,
+    joints: FloatArray,
+) -> None:
+    """Blend the joints, relative to the root as published.
+
+    Args:
+        model: The body model.
+        dt_s: See :func:`elapsed_s`.
+        state: The filter's state.
+        blending: The last output; its joints are updated.
+        joints: Filled, (joints, 3) [m] in map.
+    """
+    turn, velocity = np.empty((3, 3)), np.empty(joints.shape)
     product_transposed(blending.R_map_root, state.rotations[0], turn)
+    relative_velocities(model, state, velocity)
     for joint in range(len(joints)):
         x = state.joints[joint, 0] - state.position[0]
         y = state.joints[joint, 1] - state.position[1]
         z = state.joints[joint, 2] - state.position[2]
         for axis in range(3):
-            turned = turn[axis, 0] * x + turn[axis, 1] * y + turn[axis, 2] * z
-            joints[joint, axis] = blending.position[axis] + turned
+            place = turn[axis, 0] * x + turn[axis, 1] * y + turn[axis, 2] * z
+            v = velocity[joint, axis]
+            if dt_s > 0.0:
+                e = blending.joints[joint, axis] - (place - v * dt_s)
+                e_rate = blending.joint_velocity[joint, axis] - v
+                e, e_rate = decay(blending, e, e_rate, BLEND_S, dt_s)
+                place, v = place + e, v + e_rate
+            blending.joints[joint, axis], blending.joint_velocity[joint, axis] = place, v
+            joints[joint, axis] = blending.position[axis] + place
+
+
+@compiled_in_place
+def relative_velocities(model: ModelArrays, state: PublishedState, out: FloatArray) -> None:
+    """Velocities of the joints relative to the root [m/s], (joints, 3): ω × r, link by link."""
+    for link in range(len(model.parents)):
+        pivot, w = model.pivot_joints[link], state.rates[link]
+        start = state.position if pivot < 0 else state.joints[pivot]
+        for joint in range(len(out)):
+            if model.link_of_joint[joint] != link:
+                continue
+            x = state.joints[joint, 0] - start[0]
+            y = state.joints[joint, 1] - start[1]
+            z = state.joints[joint, 2] - start[2]
+            out[joint, 0] = w[1] * z - w[2] * y
+            out[joint, 1] = w[2] * x - w[0] * z
+            out[joint, 2] = w[0] * y - w[1] * x
+            if pivot >= 0:
+                for axis in range(3):
+                    out[joint, axis] += out[pivot, axis]
 
 
 @compiled_in_place

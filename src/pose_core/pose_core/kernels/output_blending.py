@@ -7,10 +7,10 @@ decays with critical damping,
 .. math:: \ddot e + 2 k \dot e + k^2 e = 0, \quad q = q^* + e, \quad \dot q = \dot q^* + \dot e  (1)
 
 so that the published rate is the derivative of the published angle. 1/k is short where the filter
-is certain of an angle and long where it is not, as for the axial rotation of a straight limb. A
-large difference is reduced at a bounded rate. At the start and after a silence that rate is lower
-and 1/k is longer: sensors return one after the other, and IMUs are not aligned yet. Angles stay
-within the limits of the body model.
+is certain of an angle and long where it is not, as for the axial rotation of a straight limb. The
+joints are blended in the same way, relative to the root. A large difference is reduced at a bounded
+rate. At the start and after a silence that rate is lower and 1/k is longer: sensors return one
+after the other, and IMUs are not aligned yet. Angles stay within the limits of the body model.
 """
 
 from typing import NamedTuple
@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.published_state import DofEstimate
 
-BLEND_S = 0.005  # [s] 1/k of a certain angle
+BLEND_S = 0.005  # [s] 1/k of a certain angle, and of the joints' positions
 CALM_BLEND_S = 0.03  # [s] least 1/k at the start and after a silence
 LONGEST_BLEND_S = 0.12  # [s] 1/k of an uncertain angle
 SURE_STDDEV = np.radians(10.0)  # [rad] up to which an angle counts as certain
@@ -46,6 +47,8 @@ class Blending(NamedTuple):
     velocity: FloatArray  # (d,) [m/s], [rad/s]
     unknown_s: FloatArray  # (d,) [s] for which each has been unknown
     R_map_root: FloatArray  # (3, 3)
+    joints: FloatArray  # (joints, 3) [m] relative to the root
+    joint_velocity: FloatArray  # (joints, 3) [m/s] likewise
     slow_s: FloatArray  # (1,) [s] for which differences are still reduced slowly
 
 
@@ -57,6 +60,8 @@ def make_blending(size: int) -> Blending:
         np.zeros(size),
         np.zeros(size),
         np.eye(3),
+        np.zeros((len(JOINTS), 3)),
+        np.zeros((len(JOINTS), 3)),
         np.full(1, SLOW_S),
     )
 
@@ -71,8 +76,8 @@ def elapsed_s(blending: Blending, stamp_ns: int) -> float:
         blending.slow_s[0] = max(blending.slow_s[0] - dt_s, 0.0)
         return dt_s
     blending.slow_s[0] = SLOW_S
-    for at in range(len(blending.velocity)):
-        blending.velocity[at] = 0.0
+    blending.velocity[:] = 0.0
+    blending.joint_velocity[:] = 0.0
     return AFTER_GAP_S
 
 
