@@ -28,6 +28,7 @@ from pose_core.finite_numbers import nan_mean
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
+from pose_core.joints import TrackingState
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
 from pose_core.kernels.published_state import PublishedState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
@@ -217,6 +218,7 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
             self._information[1] = information[1]
         result = StepResult(True, 0, float("nan"), float("nan"))
+        tracked = np.full_like(observation.positions, np.nan)
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
             if not any(joints) or not self._uses_cameras():
                 continue
@@ -230,8 +232,11 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
             self._information[0] = information[0]
+            is_tracked = frame.tracking_state == TrackingState.TRACKED
+            tracked[sensor, is_tracked] = frame.positions[is_tracked]
         if len(imus) and not is_late:
-            self._filter.state = self._alignments.observe(observation, self._filter.state)
+            state = self._alignments.observe(observation, tracked, self._filter.state)
+            self._filter.state = state
         return result
 
     def _frame(

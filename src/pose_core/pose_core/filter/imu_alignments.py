@@ -133,17 +133,21 @@ class ImuAlignments:
             REPLACED_STDDEV * np.array(is_replaced),
         )
 
-    def observe(self, observation: Observation, state: FilterState) -> FilterState:
+    def observe(
+        self, observation: Observation, tracked: FloatArray, state: FilterState
+    ) -> FilterState:
         """Collect one instant for the alignment; returns the state with newly aligned IMUs.
 
         Args:
             observation: Measurements of all IMUs, and the cameras' frame.
+            tracked: Its tracked joints in map, with swapped sides exchanged, (sensors, 15, 3) [m];
+                NaN otherwise.
             state: State of the filter after the update with them.
         """
         stamp_ns, imus = observation.stamp_ns, observation.imus
         self._exchanges.add(stamp_ns, observation.positions, observation.tracking_state, imus)
         headings = self._headings(imus.segments, state)
-        self._slips.add(stamp_ns, observation.positions, observation.tracking_state, imus, headings)
+        self._slips.add(stamp_ns, tracked, imus, headings)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns

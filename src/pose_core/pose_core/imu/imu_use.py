@@ -56,7 +56,7 @@ class ImuUse:
         if self.reason:
             return f"{self.segment}: not used, {self.reason}"
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
-        anew = f"; aligned anew {self.contradictions} times, see its strap"
+        anew = f"; aligned anew {self.contradictions} times: see its strap, and magnets"
         return (
             f"{self.segment}: used for {100.0 * self.used / max(self.instants, 1):.0f} % of frames,"
             f" tilt known to {tilt:.1f}°, turn to {turn:.1f}°, heading to {heading:.1f}°"
