@@ -10,6 +10,9 @@ POSE_HOME="${POSE_HOME:-$POSE_ROOT/.pose}"
 POSE_ROS_SETUP="${POSE_ROS_SETUP:-/opt/ros/jazzy/setup.bash}"
 POSE_VENV="$POSE_HOME/venv"
 
+# A system service may have no HOME, without which ROS finds no folder for its logs.
+[ -n "${HOME:-}" ] || { unset HOME; HOME=~; export HOME; }
+
 # Body data stay on this machine unless the user configures another network.
 export ROS_AUTOMATIC_DISCOVERY_RANGE="${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}"
 export RMW_IMPLEMENTATION="${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp}"

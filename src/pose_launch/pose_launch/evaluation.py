@@ -59,7 +59,9 @@ class Evaluation:
             "executable": self._executable,
             "include": self._include,
             "group": self._group,
+            "push_ros_namespace": self._push_namespace,
         }
+        self._namespace = ""  # of the nodes that follow in this group; empty: the root
 
     def run(self, file: Path) -> Graph:
         """Evaluate a file.
@@ -151,10 +153,19 @@ class Evaluation:
         self._variables[self._text(entity, "name")] = self._text(entity, "value")
 
     def _group(self, entity: Entity) -> None:
-        variables = self._variables
+        variables, namespace = self._variables, self._namespace
         self._variables = dict(variables)
         self._evaluate(entity)
-        self._variables = variables
+        self._variables, self._namespace = variables, namespace
+
+    def _push_namespace(self, entity: Entity) -> None:
+        self._namespace = self._within(self._text(entity, "namespace"))
+
+    def _within(self, namespace: str) -> str:
+        """A namespace within the group's, unless it is absolute."""
+        if namespace.startswith("/"):
+            return "/" + namespace.strip("/")
+        return f"{self._namespace}/{namespace.strip('/')}".rstrip("/")
 
     def _include(self, entity: Entity) -> None:
         place = entity.place_of("file")
@@ -184,7 +195,9 @@ class Evaluation:
                 process,
                 is_node=True,
                 node_name=name,
-                namespace=None if namespace is None else "/" + namespace.strip("/"),
+                namespace=self._namespace or None
+                if namespace is None
+                else self._within(namespace) or "/",
                 parameters=node_parameters.sources(entity.parts("param"), self._scope()),
                 remappings=tuple(
                     (self._text(remap, "from"), self._text(remap, "to"))

@@ -1,5 +1,7 @@
 """The calibration node on a graph."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
@@ -12,13 +14,15 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from walking_person import LEFT, POSES, RIGHT, angle_deg, samples
 
+from pose_calibration.body_measures import measure_body
 from pose_calibration.files.extrinsics_file import load_extrinsics, save_extrinsics
 from pose_core.errors import InputError, ParameterError
 from pose_core.joints import JOINTS
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.transforms import inverse
-from pose_fusion.nodes.calibration import CalibrationNode
+from pose_fusion.nodes.calibration import CalibrationNode, keep
 from pose_io.static_transforms import transforms_to_map
+from pose_node.kept import kept_file
 
 TRUE = inverse(LEFT) @ RIGHT
 LATCHED = QoSProfile(
@@ -160,6 +164,18 @@ def test_the_service_calibrate_restarts_the_calibration(graph, tmp_path):
     assert graph.call("calibrate").success
     graph.play(samples(duration_s=6.0), until=lambda: graph.node._calibration.counts["solutions"])
     assert angle_deg(load_extrinsics(path).T_reference_sensor["right"], TRUE) < 0.6
+
+
+@pytest.mark.parametrize("is_final", [True, False])
+def test_a_restarted_calibration_keeps_a_final_result_and_improves_another(
+    graph, monkeypatch, tmp_path, is_final
+):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    body = measure_body(samples(duration_s=2.0)) if is_final else None
+    keep(kept_file("/calibration", "r1"), replace(extrinsics_from_map(POSES), body=body))
+    calibration = graph.start(run="r1").calibration
+    assert calibration.is_finished == is_final
+    np.testing.assert_allclose(calibration.extrinsics.T_map_sensor("right"), RIGHT, atol=1e-5)
 
 
 def test_the_service_save_writes_the_current_calibration(graph, tmp_path):

@@ -9,7 +9,9 @@ from worn_imus import merged, moving_wearer
 
 from pose_core.api import FusionParameters, PeoplePipeline
 from pose_core.counters import Counters
+from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuSample
+from pose_core.streams.stamp_judge import StampJudge
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.sample_reader import COUNTS, SampleReader
 from pose_node.level import Level
@@ -57,3 +59,34 @@ def test_an_imu_without_a_gyroscope_causes_no_warning():
     report = report_of(lambda rate: np.full_like(rate, np.nan))
     assert ANGULAR_VELOCITY not in report.message
     assert "is not measured; the orientation's change is used" in report.values["imu/left_thigh"]
+
+
+def test_sources_excluded_for_one_reason_share_a_remark():
+    _, _, skeletons, _ = moving_wearer(1.0)
+    parameters = FusionParameters()
+    pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
+    judge = StampJudge()
+    for sample in skeletons:
+        judge.skeleton(sample, sample.stamp_ns + 60 * NS_PER_S, {})
+    reader = SampleReader(parameters.sensors, judge=judge, counters=Counters(*COUNTS))
+    message = FusionReporter(pipeline, reader).report((), "", {}).message
+    assert "left, right are not used: their stamps are 60.0 s behind their arrival" in message
+
+
+def test_nobody_being_chosen_is_a_warning():
+    _, _, skeletons, _ = moving_wearer(3.0)
+    parameters = FusionParameters()
+    pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
+    for sample in skeletons:
+        pipeline.add([sample])
+    reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
+    reporter = FusionReporter(pipeline, reader)
+    reporter.check()
+    assert reporter.report((), "", {}).level == Level.OK
+    pipeline.choice.choose_by("anna")
+    for sample in moving_wearer(4.0)[2][len(skeletons) :]:
+        pipeline.add([sample])
+    reporter.check()
+    report = reporter.report((), "", {})
+    assert report.message.startswith("nobody is chosen yet by person = anna")
+    assert report.level == Level.WARN

@@ -172,6 +172,32 @@ def test_a_group_keeps_its_variables_to_itself(evaluate):
     assert [process.name for process in graph.processes] == ["inner", "outer"]
 
 
+def test_a_group_puts_its_nodes_into_a_namespace(evaluate):
+    graph = evaluate(
+        """\
+        launch:
+        - group:
+            children:
+            - push_ros_namespace: {namespace: "operator"}
+            - node: {pkg: "demo_pkg", exec: "talk", name: "plain"}
+            - node: {pkg: "demo_pkg", exec: "talk", name: "inner", namespace: "left"}
+            - node: {pkg: "demo_pkg", exec: "talk", name: "absolute", namespace: "/left"}
+            - group:
+                children:
+                - push_ros_namespace: {namespace: "arm"}
+                - node: {pkg: "demo_pkg", exec: "talk", name: "nested"}
+        - node: {pkg: "demo_pkg", exec: "talk", name: "outside"}
+        """
+    )
+    assert {process.node_name: process.namespace for process in graph.processes} == {
+        "plain": "/operator",
+        "inner": "/operator/left",
+        "absolute": "/left",
+        "nested": "/operator/arm",
+        "outside": None,
+    }
+
+
 def test_an_include_gets_its_arguments(evaluate, package):
     (package / "share/demo_pkg/launch/part.launch.yaml").write_text(
         textwrap.dedent("""\

@@ -66,7 +66,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self._kept = kept_file(self.get_fully_qualified_name(), parameters.run)
         kept = None if known is not None else load_kept(self._kept, parameters.sensors)
         self._calibration = LiveCalibration(parameters, known or kept)
-        if kept is not None:
+        if kept is not None and kept.body is None:  # not the final solution, which has a body
             self._calibration.restart()  # these are used until better ones are found
         self.changes["person"] = self._calibration.selector.follow
         self._counters = Counters(

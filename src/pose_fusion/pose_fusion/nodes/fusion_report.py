@@ -54,7 +54,8 @@ class FusionReporter:
             malformed_transform: Error in the last ``/tf_static``; empty if there is none.
             lost: Number of messages lost since the last report, by source.
         """
-        is_ok = not (self._unused_sources() or malformed_transform or lost)
+        has_subject = self._pipeline.status == "tracking"
+        is_ok = has_subject and not (self._unused_sources() or malformed_transform or lost)
         return Report(
             level=Level.OK if is_ok else Level.WARN,
             message="; ".join(
@@ -66,14 +67,17 @@ class FusionReporter:
     def _tracking(self) -> str:
         status = self._pipeline.status
         if status == "tracking" and not self._is_tracking:
-            if self._pipeline.people:
-                return f"the subject is out of view; in view: {', '.join(self._pipeline.people)}"
+            others = [
+                name for name in self._pipeline.people if name != self._pipeline.parameters.subject
+            ]
+            if others:
+                return f"the subject is out of view; in view: {', '.join(others)}"
             return "no skeletons: the sensors see nobody, or are silent"
         idle = [use.segment for use in self._pipeline.subject.imu_uses if use.reason]
         if not (self._is_tracking and idle):
             return status
-        others = f"; {len(idle) - 1} more, see the values" if len(idle) > 1 else ""
-        return f"tracking without the IMU on {idle[0]}{others}"
+        more = f"; {len(idle) - 1} more, see the values" if len(idle) > 1 else ""
+        return f"tracking without the IMU on {idle[0]}{more}"
 
     @property
     def _silent_imus(self) -> Sequence[str]:
@@ -83,7 +87,11 @@ class FusionReporter:
         self, unused: Sequence[str], malformed_transform: str, lost: Mapping[str, int]
     ) -> list[str]:
         set_aside = self._judge.set_aside if self._judge is not None else {}
-        remarks = [f"{source} is not used: its {why}" for source, why in set_aside.items()]
+        remarks = []
+        for why in dict.fromkeys(set_aside.values()):  # one remark for all sources with a reason
+            named = [source for source, own in set_aside.items() if own == why]
+            verb, whose = ("is", "its") if len(named) == 1 else ("are", "their")
+            remarks.append(f"{', '.join(named)} {verb} not used: {whose} {why}")
         for sensor, why in self._watch.missing.items():
             if sensor not in set_aside:
                 remarks.append(f"{sensor} does not show the subject: {why}")

@@ -39,7 +39,8 @@ class MessageQueue:
 
     The middleware's own count of losses lacks the messages that a full queue drops: they are gaps
     in their publisher's numbers. Numbers of several publishers are not comparable: while a topic
-    has more than one, nothing is counted.
+    has more than one, and until :meth:`take_lost` has been called twice after that, nothing is
+    counted.
 
     Args:
         subscription: The subscription, with ``raw=True``.
@@ -49,6 +50,7 @@ class MessageQueue:
         self.subscription = subscription
         self.newest = 0  # its publisher's number of the last message; 0: none yet
         self._lost = 0
+        self._mixed_calls = 0  # calls of take_lost that the numbers of several publishers affect
 
     def take(self) -> list[tuple[bytes, MessageInfo]]:
         """All waiting messages, each with the middleware's information."""
@@ -75,7 +77,14 @@ class MessageQueue:
     def take_lost(self) -> int:
         """Number of lost messages since the last call."""
         lost, self._lost = self._lost, 0
-        return lost if self.subscription.get_publisher_count() == 1 else 0
+        publishers = self.subscription.get_publisher_count()
+        if publishers > 1:
+            self._mixed_calls = 2  # messages of one that has left may still wait at the next call
+        elif self._mixed_calls:
+            self._mixed_calls -= 1
+        elif publishers == 1:
+            return lost
+        return 0
 
 
 class Inbox:
