@@ -4,7 +4,7 @@ Works on the messages of ``pose_io.bags``, and needs no ROS.
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +76,7 @@ class BagFrames:
                 f"pose_msgs/SkeletonArray, found {', '.join(sorted(bag.topics))}"
             )
 
-    def __iter__(self) -> Iterator[Persons | ImuBlock]:
+    def __iter__(self) -> Iterator[Sequence[SkeletonSample] | ImuBlock]:
         order = self._order
         for batch in self._bag.batches([*self._sensors, *self._imus]):
             self._progress(self._bag.share_before(batch[0][1]))

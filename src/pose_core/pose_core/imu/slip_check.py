@@ -52,6 +52,8 @@ class SlipCheck:
     """Accumulates the segments' axes in the axes of their sensors."""
 
     def __init__(self) -> None:
+        self._slipped: Sequence[str] = ()
+        self._now: FloatArray  # (sensors, imus, 2, 4): weighted axes; weights
         self._restart((), 0, 0)
 
     def add(
@@ -119,9 +121,9 @@ class SlipCheck:
 
     def _restart(self, segments: tuple[str, ...], sensors: int, stamp_ns: int) -> None:
         self._segments, self._bin_ns = segments, stamp_ns
-        self._slipped: Sequence[str] = ()
+        self._slipped = ()
         self._last_ns = np.zeros(sensors, np.int64)
-        self._now = np.zeros((sensors, len(segments), 2, 4))  # weighted axis; weight
+        self._now = np.zeros((sensors, len(segments), 2, 4))
         self._before = np.zeros_like(self._now)
         self._last: deque[FloatArray] = deque(maxlen=LAST_BINS)
         self._ends = np.full((2, len(segments)), _MISSING)
