@@ -39,6 +39,7 @@ def test_pose_runs_from_any_folder_through_a_link(start_process, tmp_path):
         (["run", "pose_launch", "nothing"], 1, "error: found no executable 'nothing' in package"),
         (["build", "--nonsense"], 2, "error: usage: ./pose build [--develop]"),
         (["build", "--help"], 0, "usage: ./pose build [--develop]"),
+        (["python", "-c", "import pose_msgs.msg; print('ok')"], 0, "ok"),
         (["run", "--help"], 0, "usage: ./pose run PACKAGE EXECUTABLE [arguments]"),
         (["lint", "--nonsense"], 2, "usage: ./pose lint"),
         ([], 2, "usage: ./pose VERB"),

@@ -7,6 +7,8 @@ most others confirm. If two contradict each other, a person who faces away from 
 believed: trackers err in the other direction.
 """
 
+from collections import deque
+
 import numpy as np
 
 from pose_core.arrays import FloatArray
@@ -17,6 +19,7 @@ from pose_core.stamps import NS_PER_S
 
 RECENT_NS = 3 * NS_PER_S // 20  # [ns] age up to which a camera's last frame counts
 PATIENCE_NS = NS_PER_S // 10  # [ns] for which the start waits for other cameras
+REMEMBERED = 10  # [observations] for each camera
 PAIRS = np.array(
     [[JOINT_INDEX[f"{side}_{joint}"] for side in SIDES] for joint in ("hip", "shoulder")]
 )
@@ -30,14 +33,12 @@ class StartFrames:
     """
 
     def __init__(self, sensors: int) -> None:
-        self._frames: list[tuple[int, FloatArray, FloatArray] | None] = [None] * sensors
+        self._sensors = sensors
+        self._observations: deque[Observation] = deque(maxlen=REMEMBERED * sensors)
 
     def add(self, observation: Observation) -> None:
-        """Keep the frames of an observation that show the trunk."""
-        for sensor, positions in enumerate(observation.positions):
-            if np.isfinite(positions[PAIRS]).all() and np.isfinite(trunk_axes(positions)).all():
-                frame = (observation.stamp_ns, positions, observation.cameras[sensor])
-                self._frames[sensor] = frame
+        """Remember an observation."""
+        self._observations.append(observation)
 
     def choose(self, stamp_ns: int) -> tuple[FloatArray | None, bool]:
         """The joints to start from, (15, 3) [m] in map, and whether to wait for other cameras.
@@ -45,12 +46,10 @@ class StartFrames:
         Args:
             stamp_ns: The present instant [ns].
         """
-        recent = [
-            frame for frame in self._frames if frame and 0 <= stamp_ns - frame[0] <= RECENT_NS
-        ]
+        recent = self._recent(stamp_ns)
         if not recent:
             return None, False
-        if len(recent) < len(self._frames):
+        if len(recent) < self._sensors:
             waited_ns = stamp_ns - min(frame[0] for frame in recent)
             if waited_ns < PATIENCE_NS:
                 return None, True
@@ -62,6 +61,17 @@ class StartFrames:
         stamps = [frame[0] for frame in recent]
         best = max(range(len(recent)), key=lambda row: (votes[row], away[row], stamps[row]))
         return positions[best], False
+
+    def _recent(self, stamp_ns: int) -> list[tuple[int, FloatArray, FloatArray]]:
+        """Stamp, joints and camera of the last frame of each camera that shows the trunk."""
+        frames = {}
+        for each in self._observations:
+            if not 0 <= stamp_ns - each.stamp_ns <= RECENT_NS:
+                continue
+            for sensor, joints in enumerate(each.positions):
+                if np.isfinite(joints[PAIRS]).all() and np.isfinite(trunk_axes(joints)).all():
+                    frames[sensor] = (each.stamp_ns, joints, each.cameras[sensor])
+        return list(frames.values())
 
 
 def _faces_away(positions: FloatArray, camera: FloatArray) -> bool:

@@ -77,8 +77,10 @@ class SlipCheck:
         if not 0 <= stamp_ns - self._bin_ns < BIN_NS:
             self._begin_bin(stamp_ns)
             self._slipped = self._judge()
-        due = np.isfinite(positions[:, :, 0]).any(axis=1)
-        due &= (stamp_ns - self._last_ns >= PERIOD_NS) | (stamp_ns < self._last_ns)
+        due = (stamp_ns - self._last_ns >= PERIOD_NS) | (stamp_ns < self._last_ns)
+        if not due.any():
+            return
+        due &= np.isfinite(positions[:, :, 0]).any(axis=1)
         if not due.any():
             return
         self._last_ns[due] = stamp_ns
