@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pose_core.estimates.observation import Observation
-from pose_core.filter.start_frames import PATIENCE_NS, StartFrames
+from pose_core.filter.start_frames import StartFrames
 from pose_core.imu.imu_history import NO_MEASUREMENTS
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 
@@ -72,12 +72,15 @@ def test_exchanged_legs_alone_contradict_the_arms():
     np.testing.assert_array_equal(joints, person())
 
 
-def test_the_start_waits_for_the_other_cameras_but_not_for_long():
-    start = StartFrames(2)
-    start.add(observed(0, person()))
-    assert start.choose(BEGIN_NS) == (None, True)
-    joints, waits = start.choose(BEGIN_NS + PATIENCE_NS)
-    assert not waits
+@pytest.mark.parametrize(("period_ms", "waiting"), [(33, 4), (100, 1), (500, 1)])
+def test_the_start_waits_for_the_other_cameras_but_not_for_long(period_ms, waiting):
+    """The other camera is silent."""
+    start, waits = StartFrames(2), []
+    for at_ms in range(0, 6 * period_ms, period_ms):
+        start.add(observed(0, person(), at_ms=at_ms))
+        joints, has_to_wait = start.choose(BEGIN_NS + at_ms * MS)
+        waits.append(has_to_wait)
+    assert waits == [True] * waiting + [False] * (6 - waiting)
     np.testing.assert_array_equal(joints, person())
 
 

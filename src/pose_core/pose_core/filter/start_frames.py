@@ -8,6 +8,7 @@ believed: trackers err in the other direction.
 """
 
 from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,14 +20,22 @@ from pose_core.stamps import NS_PER_S
 
 RECENT_NS = 3 * NS_PER_S // 20  # [ns] age up to which a camera's last frame counts
 PATIENCE_NS = NS_PER_S // 10  # [ns] for which the start waits for other cameras
+FORGOTTEN_NS = 2 * NS_PER_S  # [ns] age from which on frames are of an earlier time
 REMEMBERED = 10  # [observations] for each camera
 PAIRS = np.array(
     [[JOINT_INDEX[f"{side}_{joint}"] for side in SIDES] for joint in ("hip", "shoulder")]
 )
 
 
+class _Frame(NamedTuple):
+    stamp_ns: int
+    sensor: int
+    positions: FloatArray  # (15, 3) [m] in map
+    camera: FloatArray  # (3,) [m] its position in map
+
+
 class StartFrames:
-    """The last frame of each camera.
+    """The last frames of all cameras.
 
     Args:
         sensors: Number of cameras.
@@ -46,34 +55,34 @@ class StartFrames:
         Args:
             stamp_ns: The present instant [ns].
         """
-        recent = self._recent(stamp_ns)
+        frames = self._frames(stamp_ns)
+        newest = {frame.sensor: frame for frame in frames}.values()
+        recent = [frame for frame in newest if stamp_ns - frame.stamp_ns <= RECENT_NS]
         if not recent:
             return None, False
-        if len(recent) < self._sensors:
-            waited_ns = stamp_ns - min(frame[0] for frame in recent)
-            if waited_ns < PATIENCE_NS:
-                return None, True
-        positions = np.array([frame[1] for frame in recent])
+        if len(recent) < self._sensors and stamp_ns - frames[0].stamp_ns < PATIENCE_NS:
+            return None, True
+        positions = np.array([frame.positions for frame in recent])
         left = positions[:, PAIRS[:, 0]] - positions[:, PAIRS[:, 1]]  # (frames, hips and shoulders)
         votes = np.sign(np.einsum("apx,bpx->abp", left, left)).sum(axis=(1, 2))
         votes += np.sign(np.einsum("ax,ax->a", left[:, 0], left[:, 1]))
-        away = [_faces_away(frame[1], frame[2]) for frame in recent]
-        stamps = [frame[0] for frame in recent]
+        away = [_faces_away(frame) for frame in recent]
+        stamps = [frame.stamp_ns for frame in recent]
         best = max(range(len(recent)), key=lambda row: (votes[row], away[row], stamps[row]))
         return positions[best], False
 
-    def _recent(self, stamp_ns: int) -> list[tuple[int, FloatArray, FloatArray]]:
-        """Stamp, joints and camera of the last frame of each camera that shows the trunk."""
-        frames = {}
-        for each in self._observations:
-            if not 0 <= stamp_ns - each.stamp_ns <= RECENT_NS:
-                continue
-            for sensor, joints in enumerate(each.positions):
-                if np.isfinite(joints[PAIRS]).all() and np.isfinite(trunk_axes(joints)).all():
-                    frames[sensor] = (each.stamp_ns, joints, each.cameras[sensor])
-        return list(frames.values())
+    def _frames(self, stamp_ns: int) -> list[_Frame]:
+        """All frames that show the trunk, in the order of arrival."""
+        return [
+            _Frame(each.stamp_ns, sensor, joints, each.cameras[sensor])
+            for each in self._observations
+            if 0 <= stamp_ns - each.stamp_ns <= FORGOTTEN_NS
+            for sensor, joints in enumerate(each.positions)
+            if np.isfinite(joints[PAIRS]).all() and np.isfinite(trunk_axes(joints)).all()
+        ]
 
 
-def _faces_away(positions: FloatArray, camera: FloatArray) -> bool:
-    """Whether a person shows this camera, (3,) [m] in map, the back; False if it is unknown."""
-    return bool((camera - mid_hip(positions)) @ trunk_axes(positions)[:, 0] < 0.0)
+def _faces_away(frame: _Frame) -> bool:
+    """Whether the person shows the camera the back; False if it is unknown."""
+    forwards = trunk_axes(frame.positions)[:, 0]
+    return bool((frame.camera - mid_hip(frame.positions)) @ forwards < 0.0)
