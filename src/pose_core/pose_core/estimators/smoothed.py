@@ -1,5 +1,6 @@
 """``smoothed``: the default estimator with fixed-lag smoothing, for recordings only."""
 
+from bisect import insort
 from collections import deque
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -13,6 +14,7 @@ from pose_core.filter.state import FilterState
 from pose_core.kernels.published_state import PublishedState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
+ORDERED_NS = NS_PER_S // 4  # frames at most this late are processed in stamp order
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # later samples do not improve a pose any more
 CHUNK_NS = NS_PER_S  # published together
 
@@ -33,6 +35,7 @@ class SmoothedEstimator(DefaultEstimator):
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
+        self._waiting: list[Observation] = []  # in the order of their stamps
         self._steps: deque[_Step] = deque()
         self._before_update: FilterState | None = None
         self._discontinuities = 0
@@ -40,9 +43,12 @@ class SmoothedEstimator(DefaultEstimator):
     def track(self, observation: Observation) -> list[TimedPose]:
         """Take an observation; return the poses that are old enough to be published."""
         poses: list[TimedPose] = []
-        if self._steps and observation.stamp_ns < self._steps[-1].stamp_ns - JUMP_BACK_NS:
+        if self._waiting and observation.stamp_ns < self._waiting[-1].stamp_ns - JUMP_BACK_NS:
             poses += self.flush()  # the recording has restarted
-        self._process(observation)
+        insort(self._waiting, observation, key=lambda waiting: waiting.stamp_ns)
+        newest_ns = self._waiting[-1].stamp_ns
+        while self._waiting[0].stamp_ns < newest_ns - ORDERED_NS:
+            self._process(self._waiting.pop(0))
         if self._steps:
             first_ns = self._steps[0].stamp_ns
             if self._steps[-1].stamp_ns - first_ns > LOOKAHEAD_NS + CHUNK_NS:
@@ -51,6 +57,8 @@ class SmoothedEstimator(DefaultEstimator):
 
     def flush(self) -> list[TimedPose]:
         """The remaining poses, after the end of the streams."""
+        while self._waiting:
+            self._process(self._waiting.pop(0))
         return self._publish_until(self._steps[-1].stamp_ns) if self._steps else []
 
     def _process(self, observation: Observation) -> None:

@@ -152,11 +152,14 @@ class SlipCheck:
         y, z = [1, 2, 0], [2, 0, 1]
         hinge = thigh[:, y] * shank[:, z] - thigh[:, z] * shank[:, y]  # faster than np.cross
         lengths = np.sqrt((thigh**2).sum(axis=1) * (shank**2).sum(axis=1))
-        with np.errstate(invalid="ignore"):  # joints that coincide have no axis
+        with np.errstate(
+            invalid="ignore", divide="ignore"
+        ):  # of joints that coincide, straight knees
             bend = np.linalg.norm(hinge, axis=1) / lengths
+            hinge_variance = np.where(bend > LEAST_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
         axes = np.stack([start - end, hinge], axis=1)
         variance = np.full(axes.shape[:2], DIRECTION_STDDEV**2)
-        variance[:, 1] = np.where(bend > LEAST_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
+        variance[:, 1] = hinge_variance
         if "torso" in self._segments:
             row, (left, right) = self._segments.index("torso"), joints[_SHOULDERS]
             axes[row, 1], variance[row, 1] = left - right, DIRECTION_STDDEV**2
