@@ -232,8 +232,9 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
             self._information[0] = information[0]
-            is_tracked = frame.tracking_state == TrackingState.TRACKED
-            tracked[sensor, is_tracked] = frame.positions[is_tracked]
+            if len(imus):
+                is_tracked = frame.tracking_state == TrackingState.TRACKED
+                tracked[sensor, is_tracked] = frame.positions[is_tracked]
         if len(imus) and not is_late:
             state = self._alignments.observe(observation, tracked, self._filter.state)
             self._filter.state = state
