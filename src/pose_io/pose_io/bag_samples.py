@@ -90,9 +90,9 @@ class BagFrames:
         self._progress(1.0)
 
     @property
-    def ahead(self) -> Mapping[str, int]:
-        """IMU samples left out, by segment; see :class:`RecordingOrder`."""
-        return {} if self._order is None else self._order.ahead
+    def left_out(self) -> Sequence[str]:
+        """Lines about IMU samples that were left out; see :class:`RecordingOrder`."""
+        return () if self._order is None else self._order.left_out
 
     def _sorted(
         self, batch: list[Entry]

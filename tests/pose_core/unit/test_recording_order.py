@@ -81,7 +81,8 @@ def test_samples_that_are_far_ahead_are_counted_and_left_out():
     ]
     list(order.add(frames, *rows_of(samples)))
     list(order.flush())
-    assert order.ahead == {"left_shank": 500}
+    (line,) = order.left_out
+    assert line.startswith("IMU left_shank: 500 samples left out")
 
 
 def rows_of(samples):
@@ -111,3 +112,14 @@ def test_imus_alone_come_through():
     samples = [imu("torso", at) for at in range(0, 20_000, 10)]
     found = instants(in_order(samples, {}), {})
     assert len(found) == len(samples)
+
+
+def test_an_imu_that_ends_while_the_cameras_are_silent_costs_no_other_s_samples():
+    both = [imu(name, at) for at in range(0, 1_000, 10) for name in ("torso", "left_shank")]
+    samples = [*both, *(imu("torso", at) for at in range(1_000, 15_000, 10))]
+    assert len(instants(in_order(samples, {}), {})) == len(samples)
+
+
+def test_samples_left_out_are_warned_of():
+    with pytest.warns(UserWarning, match="IMU left_shank: 100 samples left out"):
+        list(in_order(recorded(1_000, one_ahead=3_600_000), {}))

@@ -274,7 +274,12 @@ def _cost_matrix(sums: FloatArray, heading: FloatArray | float) -> FloatArray:
 
 def _best_rotation(sums: FloatArray, heading: FloatArray | float) -> tuple[FloatArray, FloatArray]:
     """The rotation that maximises ⟨M, C⟩, and that maximum, for one heading or for n."""
-    U, singular, Vt = np.linalg.svd(_cost_matrix(sums, heading))
+    return best_rotation(_cost_matrix(sums, heading))
+
+
+def best_rotation(C: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The rotation M that maximises ⟨M, C⟩, and that maximum; C is (..., 3, 3)."""
+    U, singular, Vt = np.linalg.svd(C)
     sign = np.sign(np.linalg.det(U @ Vt))
     U[..., 2] *= sign[..., None]
     return U @ Vt, singular[..., 0] + singular[..., 1] + sign * singular[..., 2]

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_history import ImuMeasurements
+from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, SIDES
 from pose_core.stamps import NS_PER_S
 
@@ -86,7 +87,9 @@ class SlipCheck:
         self._last_ns[due] = stamp_ns
         rates = np.linalg.norm(imus.angular_velocity, axis=1)
         late_variance = (LATE_S * rates)[:, None] ** 2
-        R_map_sensor = _about_vertical(headings) @ imus.R_world_sensor
+        parts = np.stack([np.ones_like(headings), np.cos(headings), np.sin(headings)])
+        R_world_map = np.tensordot(parts, HEADING_PARTS, axes=(0, 0))
+        R_map_sensor = np.swapaxes(R_world_map, 1, 2) @ imus.R_world_sensor
         for sensor in np.flatnonzero(due).tolist():
             axes, variance = self._axes(positions[sensor])
             weighted = (axes @ R_map_sensor) / (variance + late_variance)[..., None]
@@ -152,9 +155,7 @@ class SlipCheck:
         y, z = [1, 2, 0], [2, 0, 1]
         hinge = thigh[:, y] * shank[:, z] - thigh[:, z] * shank[:, y]  # faster than np.cross
         lengths = np.sqrt((thigh**2).sum(axis=1) * (shank**2).sum(axis=1))
-        with np.errstate(
-            invalid="ignore", divide="ignore"
-        ):  # of joints that coincide, straight knees
+        with np.errstate(invalid="ignore", divide="ignore"):  # straight knees, coinciding joints
             bend = np.linalg.norm(hinge, axis=1) / lengths
             hinge_variance = np.where(bend > LEAST_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
         axes = np.stack([start - end, hinge], axis=1)
@@ -174,8 +175,7 @@ def _has_slipped(last: FloatArray, before: FloatArray, is_known: NDArray[np.bool
     outer = np.einsum("n,ni,nj->nij", weight, _normalised(last), _normalised(before))
     B = np.zeros((len(is_known), 3, 3))
     np.add.at(B, np.nonzero(is_known)[0], outer)
-    U, _, Vt = np.linalg.svd(B.sum(axis=0) + np.eye(3) / SLIP_STDDEV**2)
-    S = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
+    S = best_rotation(B.sum(axis=0) + np.eye(3) / SLIP_STDDEV**2)[0]
     gains = 2.0 * (np.einsum("ij,cij->c", S, B) - np.trace(B, axis1=1, axis2=2))
     gains = gains[is_known.any(axis=1)]
     least = LEAST_GAIN if len(gains) > 1 else 2.0 * LEAST_GAIN  # one camera errs more easily
@@ -186,12 +186,3 @@ def _normalised(sums: FloatArray) -> FloatArray:
     """The mean axes, (n, 3), of sums (n, 4)."""
     axes = sums[:, :3]
     return axes / np.linalg.norm(axes, axis=1, keepdims=True)
-
-
-def _about_vertical(angles: FloatArray) -> FloatArray:
-    """Rotations about z, (n, 3, 3)."""
-    R = np.zeros((len(angles), 3, 3))
-    R[:, 0, 0] = R[:, 1, 1] = np.cos(angles)
-    R[:, 1, 0] = np.sin(angles)
-    R[:, 0, 1], R[:, 2, 2] = -R[:, 1, 0], 1.0
-    return R

@@ -5,6 +5,7 @@ so that those of a sensor whose clock or network is behind, and the samples of I
 place. A single IMU whose clock is ahead then makes no other sample late.
 """
 
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from heapq import heappop, heappush
@@ -36,8 +37,16 @@ class RecordingOrder:
         self._frames: list[tuple[int, int, Frame]] = []  # a heap by stamp, then by arrival
         self._count = 0
         self._imus: list[ImuBlock] = []
-        self.ahead: Counter[str] = Counter()
-        """Samples left out, by segment: their stamps are too far ahead of all others."""
+        self._ahead: Counter[str] = Counter()  # samples left out, by segment
+
+    @property
+    def left_out(self) -> Sequence[str]:
+        """One line for each IMU with samples whose stamps are too far ahead of all others."""
+        return [
+            f"IMU {segment}: {count} samples left out: their stamps are more than a second ahead "
+            "of all cameras': set the clock of what stamps them"
+            for segment, count in sorted(self._ahead.items())
+        ]
 
     def add(
         self, frames: Sequence[tuple[int, Frame]], block: ImuBlock, places: NDArray[np.intp]
@@ -67,7 +76,9 @@ class RecordingOrder:
             heappush(self._frames, (stamp_ns, self._count, frame))
         if start < len(block):
             self._imus.append(block.rows(slice(start, None)))
+            alone = int(np.searchsorted(places, frames[-1][0])) if frames else start
             self._newest_ns = max(self._newest_ns, self._all_imus_passed_ns())
+            self._follow_imus(block.rows(slice(alone, None)))
         yield from self._ready(self._newest_ns - WAIT_NS)
 
     def flush(self) -> Iterator[Frame | ImuBlock]:
@@ -79,7 +90,7 @@ class RecordingOrder:
         block = joined(self._imus)
         stamps_ns = block_on_reference_clock(block, self._clocks).stamps_ns
         is_ahead = stamps_ns > self._newest_ns + WAIT_NS
-        self.ahead.update(block.segments[imu] for imu in block.imu[is_ahead].tolist())
+        self._ahead.update(block.segments[imu] for imu in block.imu[is_ahead].tolist())
         order = np.argsort(stamps_ns, kind="stable")[: int(np.sum(~is_ahead))]
         block, stamps_ns = block.rows(order), stamps_ns[order]
         start = 0
@@ -104,11 +115,26 @@ class RecordingOrder:
         newest_ns = [int(last.stamps_ns[last.imu == imu].max()) for imu in np.unique(last.imu)]
         return self._clock(IMUS).to_reference(min(newest_ns))
 
+    def _follow_imus(self, block: ImuBlock) -> None:
+        """Advance along the samples after the cameras' last frame, up to the first long gap.
+
+        An IMU that ends then does not put the others ahead; one whose clock is ahead stays so.
+        """
+        stamps_ns = np.sort(block_on_reference_clock(block, self._clocks).stamps_ns)
+        for stamp_ns in stamps_ns[stamps_ns > self._newest_ns].tolist():
+            if stamp_ns > self._newest_ns + WAIT_NS:
+                break
+            self._newest_ns = stamp_ns
+
 
 def in_order(
     samples: Iterable[SkeletonSample | ImuSample | ImuBlock], clocks: Clocks
 ) -> Iterator[SkeletonSample | ImuBlock]:
-    """One person's samples in the order of their stamps; see :class:`RecordingOrder`."""
+    """One person's samples in the order of their stamps; see :class:`RecordingOrder`.
+
+    Warns:
+        UserWarning: If samples are left out; the text says why.
+    """
     order, left = RecordingOrder(clocks), iter(samples)
     while batch := list(islice(left, BATCH)):
         blocks = [
@@ -123,6 +149,8 @@ def in_order(
         found = order.add(frames, joined([block for _, block in blocks]), places.astype(np.intp))
         yield from _one_by_one(found)
     yield from _one_by_one(order.flush())
+    for line in order.left_out:
+        warnings.warn(line, stacklevel=2)
 
 
 def _one_by_one(samples: Iterable[Frame | ImuBlock]) -> Iterator[SkeletonSample | ImuBlock]:

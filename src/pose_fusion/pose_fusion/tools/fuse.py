@@ -2,7 +2,7 @@
 
 import argparse
 import gc
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -175,11 +175,8 @@ def fuse(
             aligning = make_pipeline(before, extrinsics, lambda *_: None, Console(quiet=True))
             add_all(aligning, bag, progress, "aligning the IMUs")
             pipeline.use_sensor_to_segment(aligning.subject.sensor_to_segment)
-        for segment, count in add_all(pipeline, bag, progress, "fusing").items():
-            console.print(
-                f"IMU {segment}: {count} samples left out: their stamps are more than a second "
-                "ahead of all cameras': set the clock of what stamps them"
-            )
+        for line in add_all(pipeline, bag, progress, "fusing"):
+            console.print(line)
         if not pipeline.estimates:
             if parameters.estimator == "imu" and not pipeline.imu_samples:
                 raise InputError(
@@ -199,8 +196,8 @@ def fuse(
 
 def add_all(
     pipeline: PeoplePipeline, bag: BagReader, progress: Progress, what: str
-) -> Mapping[str, int]:
-    """Add all samples of a bag, with a progress bar of that name; IMU samples left out."""
+) -> Sequence[str]:
+    """Add all samples of a bag, with a progress bar of that name; lines about those left out."""
     task = progress.add_task(what, total=1.0)
     frames = BagFrames(
         bag, lambda share: progress.update(task, completed=share), clocks=pipeline.clocks
@@ -208,7 +205,7 @@ def add_all(
     for each in frames:
         pipeline.add(each)
     pipeline.flush()
-    return frames.ahead
+    return frames.left_out
 
 
 def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
