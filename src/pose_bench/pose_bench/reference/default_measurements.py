@@ -96,9 +96,10 @@ def imu_groups(constants: ImuConstants, state: FilterState, imus: ImuFrame) -> I
         )
         H = np.zeros((3, len(state.P)))
         H[:, velocity : velocity + 3 + 3 * len(state.heading)][:, link_columns(link)] = np.eye(3)
-        variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
+        variance = constants.rate_stddev[link] ** 2 * (1.0 + 0.25 * speed**2)
         variance += (HELD_JERK * age_s**2) ** 2 + imus.rate_stddev[row] ** 2
-        yield Group(H=H, residual=rate - state.pose.rates[link], noise=variance * np.eye(3))
+        noise = Q @ np.diag(variance) @ Q.T
+        yield Group(H=H, residual=rate - state.pose.rates[link], noise=noise)
 
 
 def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> PlainView:

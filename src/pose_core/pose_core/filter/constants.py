@@ -114,14 +114,17 @@ def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
 def _imu(model: BodyModel, noise: ImuNoise) -> ImuConstants:
     names = model.link_names
     stddev = np.full((len(names), 3), noise.orientation_stddev)
+    rate_stddev = np.full((len(names), 3), noise.rate_stddev)
     for name, bend in noise.spine_bend.items():
         stddev[names.index(name), 1] = bend
+    for name, bend_rate in noise.spine_bend_rate.items():
+        rate_stddev[names.index(name), 1] = bend_rate
     return ImuConstants(
         stddev=stddev,
         soft_tissue=noise.soft_tissue,
         correlated_samples=noise.correlated_samples,
         student_dof=noise.student_dof,
-        rate_stddev=noise.rate_stddev,
+        rate_stddev=rate_stddev,
     )
 
 

@@ -36,7 +36,7 @@ class ImuConstants(NamedTuple):
     soft_tissue: float  # [s]
     correlated_samples: float  # [-]
     student_dof: float  # [-]
-    rate_stddev: float  # [rad/s]
+    rate_stddev: FloatArray  # (links, 3) [rad/s] about the link's axes
 
 
 class ImuFrame(NamedTuple):
@@ -64,8 +64,8 @@ def add_imus(constants: ImuConstants, state: FilterState, imus: ImuFrame, rows: 
         column, age_s = state.imu_column[link], imus.age_s[row]
         speed = min(imu_residual(state, imus, row, Q, residual), MAX_SOFT_TISSUE_RATE)
         held = HELD_JERK * age_s**3 / 3.0
-        rate_variance = constants.rate_stddev**2 * (1.0 + (RATE_NOISE_GROWTH * speed) ** 2)
-        rate_variance += (HELD_JERK * age_s**2) ** 2 + imus.rate_stddev[row] ** 2
+        growth = 1.0 + (RATE_NOISE_GROWTH * speed) ** 2
+        held_rate_variance = (HELD_JERK * age_s**2) ** 2 + imus.rate_stddev[row] ** 2
         orientation = add_group(rows, 3, constants.student_dof, link)
         first = rows.first[orientation]
         gyroscope = add_group(rows, 3, NORMAL, link)
@@ -80,10 +80,11 @@ def add_imus(constants: ImuConstants, state: FilterState, imus: ImuFrame, rows: 
         for axis in range(3):
             stddev = constants.stddev[link, axis] + constants.soft_tissue * speed
             variance = constants.correlated_samples * stddev**2 + held**2
-            rows.noise[gyroscope, axis, axis] = rate_variance
+            rate_variance = growth * constants.rate_stddev[link, axis] ** 2 + held_rate_variance
             for i in range(3):
                 for k in range(3):
                     rows.noise[orientation, i, k] += variance * Q[i, axis] * Q[k, axis]
+                    rows.noise[gyroscope, i, k] += rate_variance * Q[i, axis] * Q[k, axis]
 
 
 @compiled

@@ -81,6 +81,9 @@ class ImuNoise:
     spine_bend: Mapping[str, float] = field(  # [rad] about the lateral axis: the spine also bends
         default_factory=lambda: {"pelvis": 0.2, "trunk": 0.15}  # between the joints that are seen
     )
+    spine_bend_rate: Mapping[str, float] = field(  # [rad/s] of the gyroscope about the same axis
+        default_factory=lambda: {"pelvis": 2.0}
+    )
     soft_tissue: float = 0.0067  # [s] in addition for each unit of angular rate, up to 6 rad/s
     correlated_samples: float = 6.0  # [-] samples that count as one
     student_dof: float = 8.0  # [-]
