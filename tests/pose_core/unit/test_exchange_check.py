@@ -54,7 +54,7 @@ def found(worn, seconds=SECONDS, slips_at=None):
             slips={"left_thigh": 1} if slips_at is not None and k >= slips_at else {},
         )
         positions = joints_of(rotations) + rng.normal(0.0, 0.02, (len(JOINTS), 3))
-        check.add(stamp_ns, positions[None], np.full((1, len(JOINTS)), 2, np.uint8), states)
+        check.add(stamp_ns, positions[None], states)
     return check.exchanged()
 
 

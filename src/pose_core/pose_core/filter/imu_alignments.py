@@ -145,7 +145,9 @@ class ImuAlignments:
             state: State of the filter after the update with them.
         """
         stamp_ns, imus = observation.stamp_ns, observation.imus
-        self._exchanges.add(stamp_ns, observation.positions, observation.tracking_state, imus)
+        # Where the filter has exchanged sides, either the tracker or the IMUs are wrong.
+        as_measured = np.where(tracked == observation.positions, tracked, np.nan)
+        self._exchanges.add(stamp_ns, as_measured, imus)
         headings = self._headings(imus.segments, state)
         self._slips.add(stamp_ns, tracked, imus, headings)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns

@@ -16,12 +16,11 @@ not used: an IMU that takes part has turned them already.
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS
-from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, TrackingState
+from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = 80_000_000  # [ns] between two instants: errors of the cameras are correlated
@@ -43,19 +42,13 @@ class ExchangeCheck:
         self._stamp_ns = 0
         self._restart((), ())
 
-    def add(
-        self,
-        stamp_ns: int,
-        positions: FloatArray,
-        tracking_state: NDArray[np.uint8],
-        imus: ImuMeasurements,
-    ) -> None:
+    def add(self, stamp_ns: int, positions: FloatArray, imus: ImuMeasurements) -> None:
         """Add one instant; those that follow within :data:`PERIOD_NS` are left out.
 
         Args:
             stamp_ns: The instant [ns].
-            positions: Joints by the cameras in map, (sensors, 15, 3) [m].
-            tracking_state: (sensors, 15).
+            positions: Tracked joints by the cameras in map, without those of a side that the
+                filter has exchanged, (sensors, 15, 3) [m]; NaN otherwise.
             imus: The IMUs at that instant; the sums restart if they, or their slips, change.
         """
         key = (imus.segments, *sorted(imus.slips.items()))
@@ -73,8 +66,7 @@ class ExchangeCheck:
         rate = float(np.max(rates, initial=0.0, where=np.isfinite(rates)))
         weight = dt_s / (self._variance + (LATE_S * rate) ** 2)
         turned = np.swapaxes(imus.R_world_sensor[self._rows], 1, 2)[:, None] @ HEADING_PARTS
-        tracked = np.where((tracking_state == TrackingState.TRACKED)[..., None], positions, np.nan)
-        for joints in tracked:
+        for joints in positions:
             bones = joints[self._ends[:, 0]] - joints[self._ends[:, 1]]
             length = np.linalg.norm(bones, axis=1)
             known = length > 0.0
