@@ -12,7 +12,7 @@ from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments, specs
-from pose_fusion.calibration_lines import floor_line
+from pose_fusion.calibration_lines import floor_line, single_imu_lines
 from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
@@ -63,6 +63,8 @@ def main(arguments: list[str]) -> None:
     if imus is not None:
         ahead = f"{imus.offset_ns * 1e-6:.0f} ± {imus.stddev_s * 1e3:.0f} ms"
         print(f"the IMUs' clock is {ahead} ahead")
+    for line in single_imu_lines(extrinsics.clocks):
+        print(line)
     if extrinsics.floor is not None:
         print(floor_line(extrinsics))
     print(f"{given.output}: {', '.join(extrinsics.sensors)}")
