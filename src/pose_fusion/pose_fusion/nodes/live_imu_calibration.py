@@ -114,7 +114,11 @@ class ImuCalibrationNode(Node):
                 self.calibration.add(self._waiting.popleft())
 
     def _on_clock(self, message: TimeReference) -> None:
-        self._clocks[message.source] = clock_of(message)
+        try:
+            self._clocks[message.source] = clock_of(message)
+        except InputError as error:
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
         if self.calibration is not None and self.extrinsics is not None:
             self.extrinsics = replace(self.extrinsics, clocks=dict(self._clocks))
             self.calibration.use_clocks(self._clocks)
