@@ -41,6 +41,18 @@ def single_imu_lines(clocks: Clocks) -> Iterator[str]:
             yield f"the clock of the IMU on {segment} is {ahead} ahead of the other IMUs'"
 
 
+def scale_lines(extrinsics: Extrinsics) -> Iterator[str]:
+    """Lines about trackers whose scales differ."""
+    for name, pair in extrinsics.residuals.items():
+        if pair.scale_differs:
+            larger = "larger" if pair.scale > 1.0 else "smaller"
+            yield (
+                f"'{name}' shows the person {100.0 * abs(pair.scale - 1.0):.0f} % {larger} than "
+                f"'{pair.partner}': one tracker's scale is wrong, and so are the poses of the "
+                "cameras; set the person's height in the tracker, or calibrate with a board"
+            )
+
+
 def extrinsics_lines(extrinsics: Extrinsics) -> Iterator[str]:
     """Lines about extrinsics that were estimated from motion."""
     for name, pair in extrinsics.residuals.items():
@@ -49,6 +61,7 @@ def extrinsics_lines(extrinsics: Extrinsics) -> Iterator[str]:
             f"{100.0 * pair.position_stddev:.1f} cm, agrees with '{pair.partner}' within "
             f"{100.0 * pair.median:.1f} cm"
         )
+    yield from scale_lines(extrinsics)
     for line in (clocks_line(extrinsics, "by the motion in the bag"), floor_line(extrinsics)):
         if line:
             yield line
