@@ -33,7 +33,6 @@ from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.body_publishers import BodyPublishers
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
-from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
@@ -45,6 +44,7 @@ from pose_io.static_transforms import StaticTransforms
 from pose_node.kept import Kept, kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
+from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 

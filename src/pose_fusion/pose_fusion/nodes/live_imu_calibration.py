@@ -27,12 +27,12 @@ from pose_core.fusion import sample_buffer
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.inbox import Inbox
-from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.sample_reader import read_imus
 from pose_io.clock_messages import clock_of
 from pose_io.names import imu_topic, skeletons_topic
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import StaticTransforms
+from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import node_of_tool
 
 SPIN_S = 0.1
