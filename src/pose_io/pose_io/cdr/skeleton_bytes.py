@@ -120,9 +120,9 @@ def _form_of(data: bytes, sensor: str) -> _Form:
     walker = Walker(data, SKELETON_ARRAY)
     walker.skip(4, 2)
     frame = walker.string()
-    joints: set[str] = set()
-    persons = tuple(_person(walker, joints) for _ in range(walker.length()))
-    fault = names_fault(frame, joints, sensor)
+    seen: set[str] = set()
+    persons = tuple(_person(walker, seen) for _ in range(walker.length()))
+    fault = names_fault(frame, seen, sensor)
     fixed = HEADER_SIZE + np.flatnonzero(walker.fixed)
     texts = np.frombuffer(data, np.uint8)[fixed]
     return _Form(
@@ -150,12 +150,12 @@ def names_fault(frame: str, joints: Collection[str], sensor: str) -> str:
     return ""
 
 
-def _person(walker: Walker, joints: set[str]) -> tuple[str, PersonPlaces]:
+def _person(walker: Walker, seen: set[str]) -> tuple[str, PersonPlaces]:
     stamp_at = walker.skip(4, 2)
     walker.string()
     person = walker.string()
     names = [walker.string() for _ in range(walker.length())]
-    joints.update(names)
+    seen.update(names)
     positions = walker.length()
     positions_at = walker.skip(8, 3 * positions)
     states = walker.length()
