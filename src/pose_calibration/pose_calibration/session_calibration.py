@@ -87,8 +87,8 @@ def calibrate(
         found = _imu_findings(extrinsics, by_sensor, memory)
         if found.gravity is not None:
             extrinsics = calibrator.leveled(extrinsics, found.gravity)
-        if found.clock is not None and find_clock_offsets:
-            extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
+        if find_clock_offsets:
+            extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
     return SessionCalibration(
         extrinsics=replace(extrinsics, body=measure_body(_all(by_sensor))),
         clock_offsets=offsets,
@@ -168,8 +168,7 @@ def complete(
     extrinsics = replace(extrinsics, clocks=clocks)
     if memory.segments:
         found = _imu_findings(extrinsics, by_sensor, memory)
-        if found.clock is not None:
-            extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
+        extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
     _check_stamps(every, extrinsics.reference, extrinsics.clocks)
     return extrinsics
 

@@ -65,9 +65,11 @@ from pose_core.streams.angle_series import (
 )
 from pose_core.streams.clocks import (
     IMUS,
+    ONE_IMU,
     Clock,
     Clocks,
     block_on_reference_clock,
+    is_imus,
     moved_most_ns,
     on_reference_clock,
     series_on_reference_clock,
@@ -114,6 +116,7 @@ __all__ = [
     "FusionParameters",
     "FusionPipeline",
     "IMUS",
+    "ONE_IMU",
     "ImuBlock",
     "ImuSample",
     "InputError",
@@ -160,6 +163,7 @@ __all__ = [
     "fuse",
     "in_order",
     "inverse",
+    "is_imus",
     "joined",
     "joint_angles",
     "load_body_model",

@@ -90,6 +90,9 @@ def checked(name: str, value: Any, default: Any, spec: ParameterSpec) -> Any:
     """Convert a value to its declared type, or raise a :class:`ParameterError`."""
     unit = "" if spec.unit == "-" else f" {spec.unit}"
     if isinstance(default, tuple):
+        value = () if value is None else value  # ROS's empty list, which has no type
+        if default and value in ((), []):
+            raise ParameterError(f"{name} = []: expected one name or more, or leave it out")
         if not isinstance(value, list | tuple) or not all(isinstance(v, str) for v in value):
             raise ParameterError(f"{name} = {value!r} is not a list of strings")
         for each in value:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pose_core.api import Extrinsics
+from pose_core.api import ONE_IMU, Clocks, Extrinsics
 
 
 def floor_line(extrinsics: Extrinsics) -> str:
@@ -24,9 +24,33 @@ def floor_line(extrinsics: Extrinsics) -> str:
 
 def clocks_line(extrinsics: Extrinsics, source: str) -> str:
     """One line about the clocks, which are known from ``source``; empty if there are none."""
-    ahead = (f"{name} {one.offset_ns / 1e6:+.0f} ms" for name, one in extrinsics.clocks.items())
-    line = ", ".join(ahead)
-    return f"clocks: ahead of {extrinsics.reference}'s {source}: {line}" if line else ""
+    ahead = [f"{name} {one.offset_ns / 1e6:+.0f} ms" for name, one in extrinsics.clocks.items()]
+    single = [line.removeprefix(ONE_IMU) for line in ahead if line.startswith(ONE_IMU)]
+    line = ", ".join(line for line in ahead if not line.startswith(ONE_IMU))
+    parts = [f"ahead of {extrinsics.reference}'s {source}: {line}"] if line else []
+    parts += [f"ahead of the other IMUs' {source}: {', '.join(single)}"] if single else []
+    return f"clocks: {'; '.join(parts)}" if parts else ""
+
+
+def single_imu_lines(clocks: Clocks) -> Iterator[str]:
+    """Lines about IMUs with a clock of their own."""
+    for source, clock in clocks.items():
+        if source.startswith(ONE_IMU):
+            ahead = f"{clock.offset_ns * 1e-6:.0f} ± {clock.stddev_s * 1e3:.0f} ms"
+            segment = source.removeprefix(ONE_IMU)
+            yield f"the clock of the IMU on {segment} is {ahead} ahead of the other IMUs'"
+
+
+def scale_lines(extrinsics: Extrinsics) -> Iterator[str]:
+    """Lines about trackers whose scales differ."""
+    for name, pair in extrinsics.residuals.items():
+        if pair.scale_differs:
+            larger = "larger" if pair.scale > 1.0 else "smaller"
+            yield (
+                f"'{name}' shows the person {100.0 * abs(pair.scale - 1.0):.0f} % {larger} than "
+                f"'{pair.partner}': one tracker's scale is wrong, and so are the poses of the "
+                "cameras; set the person's height in the tracker, or calibrate with a board"
+            )
 
 
 def extrinsics_lines(extrinsics: Extrinsics) -> Iterator[str]:
@@ -37,6 +61,7 @@ def extrinsics_lines(extrinsics: Extrinsics) -> Iterator[str]:
             f"{100.0 * pair.position_stddev:.1f} cm, agrees with '{pair.partner}' within "
             f"{100.0 * pair.median:.1f} cm"
         )
+    yield from scale_lines(extrinsics)
     for line in (clocks_line(extrinsics, "by the motion in the bag"), floor_line(extrinsics)):
         if line:
             yield line

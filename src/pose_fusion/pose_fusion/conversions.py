@@ -14,7 +14,6 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from pose_core.api import (
-    IMUS,
     ROOT_DOF,
     BodyEstimate,
     BodyFrames,
@@ -22,6 +21,7 @@ from pose_core.api import (
     Clocks,
     Extrinsics,
     FloatArray,
+    is_imus,
 )
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.rotations import quaternion
@@ -204,7 +204,7 @@ def to_clock_messages(clocks: Clocks, stamp_ns: int) -> list[TimeReference]:
     """Time of each source's clock at an instant of the reference's, one message for each source."""
     return [
         TimeReference(
-            header=to_header(stamp_ns, "" if source == IMUS else sensor_frame(source)),
+            header=to_header(stamp_ns, "" if is_imus(source) else sensor_frame(source)),
             time_ref=ns_to_stamp(stamp_ns + clock.ahead_ns(stamp_ns + clock.offset_ns)),
             source=source,
         )

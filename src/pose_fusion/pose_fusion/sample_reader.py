@@ -64,7 +64,10 @@ class SampleReader:
         Raises:
             InputError: If the message is malformed.
         """
-        (persons,) = self._readers[sensor].read([data])
+        reader = self._readers[sensor]
+        (persons,) = reader.read([data])
+        if reader.fault:
+            self.watch.note_fault(sensor, reader.fault)
         if isinstance(persons, InputError):
             self.counters.add("malformed_skeletons")
             self.watch.note_trouble(sensor, str(persons))

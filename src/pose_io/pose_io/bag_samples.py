@@ -91,8 +91,9 @@ class BagFrames:
 
     @property
     def left_out(self) -> Sequence[str]:
-        """Lines about IMU samples that were left out; see :class:`RecordingOrder`."""
-        return () if self._order is None else self._order.left_out
+        """Lines about IMU samples that were left out, and about wrong names in messages."""
+        faults = [f"{topic}: {one.fault}" for topic, one in self._readers.items() if one.fault]
+        return [*faults, *(() if self._order is None else self._order.left_out)]
 
     def _sorted(
         self, batch: list[Entry]

@@ -8,12 +8,14 @@ import pytest
 
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_calibration.clocks.clock_offset import estimate_clock_offset
-from pose_calibration.inertial.imu_clock import imu_findings
+from pose_calibration.clocks.joint_delays import Delay
+from pose_calibration.inertial.imu_clock import clearly_apart, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.live.clock_tracking import EVERY_NS, ClockTracker
 from pose_calibration.session_calibration import calibrate
-from pose_core.streams.clocks import IMUS
-from pose_core.streams.samples import block_of
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.clocks import IMUS, ONE_IMU
+from pose_core.streams.samples import ImuSample, block_of
 
 STEADY = {"kinect": {"inertia": 0.0, "lag": 0.0}}  # trackers that follow all joints alike
 
@@ -108,11 +110,13 @@ def test_a_clock_that_is_set_is_estimated_again():
     assert tracker.clocks["right"].offset_ns == pytest.approx(300e6, abs=6e6)
 
 
-def findings(offset_s, overrides="steady"):
+def findings(offset_s, overrides="steady", single=None):
+    """Findings with the IMUs' clock ahead, and single ones' by as much more, by segment."""
     one = session("dance", 3, 0.0, overrides, imus=True)
     memory = ImuMemory()
-    for sample in delayed(one.imus, round(offset_s * 1e9)):
-        memory.add(block_of(sample))
+    for sample in one.imus:
+        ahead_s = offset_s + (single or {}).get(sample.segment, 0.0)
+        memory.add(block_of(replace(sample, stamp_ns=sample.stamp_ns + round(ahead_s * 1e9))))
     skeletons = {name: of(one.skeletons, name) for name in ("left", "right")}
     return imu_findings(one.extrinsics, skeletons, memory, 0.5)
 
@@ -120,7 +124,7 @@ def findings(offset_s, overrides="steady"):
 @pytest.mark.parametrize("offset_s", [0.45, -0.3])
 def test_the_imus_clock_is_estimated_with_its_uncertainty(offset_s):
     found = findings(offset_s, overrides=())
-    assert found.clock is not None
+    assert set(found.clocks) == {IMUS}
     assert found.offset_s == pytest.approx(offset_s, abs=2.0 * found.offset_stddev_s)
     assert found.offset_stddev_s < 0.02
 
@@ -128,7 +132,46 @@ def test_the_imus_clock_is_estimated_with_its_uncertainty(offset_s):
 def test_imus_on_the_same_computer_are_left_alone():
     found = findings(0.0, overrides=())
     assert np.isfinite(found.offset_stddev_s)
-    assert found.clock is None
+    assert not found.clocks
+
+
+@pytest.mark.parametrize("ahead_s", [-0.3, -0.18, 0.15, 0.3])
+@pytest.mark.parametrize("segment", ["left_forearm", "right_upper_arm"])
+def test_an_imu_whose_clock_differs_from_the_others_is_found(segment, ahead_s):
+    found = findings(0.0, overrides=(), single={segment: ahead_s}).clocks
+    assert set(found) == {ONE_IMU + segment}
+    own = found[ONE_IMU + segment]
+    assert own.offset_ns * 1e-9 == pytest.approx(ahead_s, abs=3.0 * own.stddev_s)
+    assert own.stddev_s < 0.03
+
+
+def test_where_half_of_the_imus_differ_no_clock_is_accused():
+    ahead = {name: Delay(estimate_s=0.1, stddev_s=0.02) for name in ("left_thigh", "left_shank")}
+    ahead |= {name: Delay(estimate_s=-0.1, stddev_s=0.02) for name in ("torso", "right_thigh")}
+    assert not clearly_apart(ahead)
+    assert set(clearly_apart({**ahead, "torso": Delay(estimate_s=0.0, stddev_s=0.02)})) == set()
+    sound = {name: Delay(estimate_s=0.0, stddev_s=0.02) for name in ("torso", "head", "pelvis")}
+    assert set(clearly_apart({**sound, "left_thigh": ahead["left_thigh"]})) == {"left_thigh"}
+
+
+def test_live_an_imus_clock_is_corrected_until_it_is_right_again():
+    one = session("dance", 3, 0.0, imus=True, duration_s=100.0)
+    memory = ImuMemory()
+    tracker = ClockTracker(replace(one.extrinsics, clocks={}), max_offset_s=0.5)
+    begin_ns = one.skeletons[0].stamp_ns
+    ahead_s = []  # after each measurement
+    for sample in sorted([*one.skeletons, *one.imus], key=lambda each: each.stamp_ns):
+        at_s = (sample.stamp_ns - begin_ns) / NS_PER_S
+        if isinstance(sample, ImuSample):
+            ahead_ns = 200_000_000 if sample.segment == "left_forearm" and at_s < 52.0 else 0
+            memory.add(block_of(replace(sample, stamp_ns=sample.stamp_ns + ahead_ns)))
+        elif (clocks := tracker.add(sample, memory)) is not None:
+            assert set(clocks) <= {"right", "imus/left_forearm"}
+            clock = clocks.get("imus/left_forearm")
+            ahead_s.append(None if clock is None else clock.offset_ns / NS_PER_S)
+    assert ahead_s[:4] == [None] * 4
+    assert ahead_s[4] == pytest.approx(0.2, abs=0.06)
+    assert ahead_s[-1] is None
 
 
 @pytest.mark.parametrize("offset_s", [1.7, -4.2])

@@ -57,6 +57,27 @@ def test_the_residuals_contain_the_agreement_before_and_after():
     assert pair.frames == 300
 
 
+def test_trackers_of_the_same_scale_do_not_differ_in_scale():
+    pair = solve(frames(noise=0.02)).residuals["right"]
+    assert not pair.scale_differs
+    assert pair.position_stddev < 0.02
+
+
+@pytest.mark.parametrize("scale", [0.95, 1.04])
+def test_a_tracker_with_a_wrong_scale_makes_the_position_uncertain(scale):
+    def scaled(frame):
+        return with_positions(frame, "right", scale * frame.samples["right"].positions)
+
+    extrinsics = solve([scaled(frame) for frame in frames(noise=0.02)])
+    pair = extrinsics.residuals["right"]
+    assert pair.scale_differs
+    assert pair.scale == pytest.approx(scale, abs=0.005)
+    T = extrinsics.T_reference_sensor["right"]
+    error = np.linalg.norm(T[:3, 3] - TRUE[:3, 3])
+    assert error > 0.05
+    assert error < 2.0 * pair.position_stddev
+
+
 def test_the_sensors_places_in_map_follow():
     extrinsics = solve(frames(noise=0.01))
     T_left, T_right = (extrinsics.T_map_sensor(name) for name in ("left", "right"))

@@ -182,7 +182,7 @@ def offset_in_seconds(document):
 
 def clock_of_a_stranger(document):
     document["clocks"] = {"top": {"offset_ns": 1}}
-    return "clocks has 'top', expected some of right, imus: the clock of 'left' is the reference"
+    return "clocks has 'top', expected some of right, imus, imus/<segment>: the clock of 'left' is"
 
 
 def clock_of_the_reference(document):

@@ -8,8 +8,16 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
-from pose_core.streams.clocks import IMUS, Clock, on_reference_clock, reference_delay_s
-from pose_core.streams.samples import ImuSample
+from pose_core.streams.clocks import (
+    IMUS,
+    ONE_IMU,
+    Clock,
+    block_on_reference_clock,
+    on_reference_clock,
+    reference_delay_s,
+)
+from pose_core.streams.recording_order import in_order
+from pose_core.streams.samples import ImuSample, block_of, joined
 
 DRIFT = 1e-4
 CLOCKS = {
@@ -63,6 +71,41 @@ def test_known_clock_offsets_leave_the_estimates_unchanged(samples, estimator):
         np.testing.assert_array_equal(a.position, b.position)
 
 
+def test_the_clock_of_a_single_imu_is_relative_to_the_others():
+    one = ImuSample(
+        stamp_ns=10**18,
+        segment="torso",
+        orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+        orientation_stddev=np.full(3, 0.02),
+        angular_velocity=np.zeros(3),
+    )
+    block = joined([block_of(one), block_of(replace(one, segment="head"))])
+    clocks = {IMUS: Clock(offset_ns=5), f"{ONE_IMU}head": Clock(offset_ns=-100_000_000)}
+    stamps_ns = block_on_reference_clock(block, clocks).stamps_ns - 10**18
+    assert dict(zip(block.segments, stamps_ns.tolist(), strict=True)) == {
+        "torso": -5,
+        "head": 99_999_995,
+    }
+
+
+def test_a_single_imus_clock_leaves_the_estimates_unchanged_and_is_named(samples):
+    clocks = {f"{ONE_IMU}torso": Clock(offset_ns=150_000_000, stddev_s=0.02)}
+    early = [
+        replace(one, stamp_ns=one.stamp_ns + 150_000_000) if isinstance(one, ImuSample) else one
+        for one in samples
+    ]
+    right = run(list(in_order(samples, {})), {})
+    put_right = run(list(in_order(early, clocks)), clocks)
+    assert [each.stamp_ns for each in right] == [each.stamp_ns for each in put_right]
+    for a, b in zip(right, put_right, strict=True):
+        np.testing.assert_array_equal(a.position, b.position)
+    pipeline = FusionPipeline(FusionParameters(), replace(extrinsics(), clocks=clocks))
+    for one in early:
+        pipeline.add(one)
+    remark = "its clock is 0.15 ± 0.02 s ahead of the others': corrected"
+    assert pipeline.imu_uses[0].remark == remark
+
+
 def test_clocks_can_be_set_while_the_pipeline_runs(samples):
     skeletons = [one for one in samples if not isinstance(one, ImuSample)]
     late = [stamped_by(CLOCKS["right"], one) if one.sensor == "right" else one for one in skeletons]
@@ -102,6 +145,7 @@ def ahead(**offsets_ms):
         (ahead(right=30, back=-40), 0.04),
         (ahead(right=-300), 0.0),  # no tracker is as late: the clocks differ
         (ahead(imus=-60), 0.0),
+        ({f"{ONE_IMU}torso": Clock(offset_ns=-60_000_000)}, 0.0),
     ],
 )
 def test_the_references_tracker_is_as_late_as_another_camera_is_earlier(clocks, delay_s):

@@ -36,3 +36,15 @@ def test_clock_offsets_of_the_topic_are_used_reported_and_kept_with_new_extrinsi
         return values.get("clock_ahead_ms/right"), values.get("clock_ahead_ms/imus")
 
     ros_context.spin_until(lambda: shown() == ("80.0", "-250.0"), what="the diagnostics")
+
+
+def test_a_clock_of_another_epoch_is_refused_and_reported(ros_context):
+    fusion = ros_context.add(FusionNode())
+    other = ros_context.make_node("other")
+    publisher = other.create_publisher(TimeReference, "clock_offsets", LATCHED)
+    years = {"right": Clock(offset_ns=1_700_000_000 * 10**9)}
+    publisher.publish(to_clock_messages(years, 60 * 10**9)[0])
+    ros_context.spin_until(
+        lambda: "different epochs" in fusion.report().message, what="the warning"
+    )
+    assert not fusion.pipeline.clocks

@@ -36,7 +36,7 @@ def report_of(change_rate):
     reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
     reporter = FusionReporter(pipeline, reader)
     reporter.check()
-    return reporter.report((), "", {})
+    return reporter.report((), {}, {})
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_sources_excluded_for_one_reason_share_a_remark():
     for sample in skeletons:
         judge.skeleton(sample, sample.stamp_ns + 60 * NS_PER_S, {})
     reader = SampleReader(parameters.sensors, judge=judge, counters=Counters(*COUNTS))
-    message = FusionReporter(pipeline, reader).report((), "", {}).message
+    message = FusionReporter(pipeline, reader).report((), {}, {}).message
     assert "left, right are not used: their stamps are 60.0 s behind their arrival" in message
 
 
@@ -82,11 +82,11 @@ def test_nobody_being_chosen_is_a_warning():
     reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
     reporter = FusionReporter(pipeline, reader)
     reporter.check()
-    assert reporter.report((), "", {}).level == Level.OK
+    assert reporter.report((), {}, {}).level == Level.OK
     pipeline.choice.choose_by("anna")
     for sample in moving_wearer(4.0)[2][len(skeletons) :]:
         pipeline.add([sample])
     reporter.check()
-    report = reporter.report((), "", {})
+    report = reporter.report((), {}, {})
     assert report.message.startswith("nobody is chosen yet by person = anna")
     assert report.level == Level.WARN

@@ -4,7 +4,7 @@ import pytest
 from std_msgs.msg import String
 
 from pose_fusion.nodes.inbox import Inbox
-from pose_fusion.nodes.qos import sensor_data
+from pose_node.nodes.qos import sensor_data
 
 DEPTH = 5
 

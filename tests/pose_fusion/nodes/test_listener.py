@@ -12,9 +12,9 @@ from tf2_msgs.msg import TFMessage
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_fusion.conversions import to_static_tf
 from pose_fusion.nodes.listener import GraphListener
-from pose_fusion.nodes.qos import latched
 from pose_node.conversions import ns_to_stamp
 from pose_node.level import Level
+from pose_node.nodes.qos import latched
 
 
 def skeletons(stamp_ns, hand_state=2):

@@ -74,3 +74,12 @@ def test_a_source_that_has_never_changed_is_not_a_frozen_camera(watch):
 def test_a_camera_that_has_never_seen_the_subject_is_not_reported():
     watch = CameraWatch(("left", "right"))
     assert not looks(watch, lambda _: None)
+
+
+def test_a_camera_with_wrong_names_is_reported_though_it_never_showed_the_subject():
+    watch = CameraWatch(("left", "right"))
+    watch.note_fault("right", "its frame_id is 'map'")
+    watch.check({"left": 1})
+    assert watch.faulty == {"right": "its frame_id is 'map'"}
+    watch.check({"left": 2})
+    assert not watch.faulty

@@ -93,6 +93,30 @@ def test_a_broken_message_has_an_error_and_does_not_affect_others():
         assert reason in str(error)
 
 
+@pytest.mark.parametrize(
+    ("frame", "joints", "fault"),
+    [
+        ("kinect_left_optical_frame", JOINTS, ""),
+        ("", JOINTS, ""),
+        ("kinect_left_optical_frame", ("head", "left_hand", "neck"), ""),  # not all of ours
+        ("kinect_left_optical_frame", (*JOINTS, "nose"), ""),  # more than ours
+        ("map", JOINTS, "frame_id is 'map', expected 'kinect_left_optical_frame'"),
+        (
+            "kinect_left_optical_frame",
+            [name.replace("left_knee", "left_kne") for name in JOINTS],
+            "has joints left_kne, lacks left_knee",
+        ),
+    ],
+)
+def test_wrong_names_are_noted(frame, joints, fault):
+    message = array(S, person(np.random.default_rng(4), S, "1", joints))
+    message.header.frame_id = frame
+    reader = SkeletonReader("left")
+    reader.read([serialized(message)])
+    assert fault in reader.fault
+    assert bool(reader.fault) == bool(fault)
+
+
 def test_imus_are_read_whatever_their_frames_are_called():
     rng = np.random.default_rng(3)
     frames = ("imu_torso_link", "torso", "")

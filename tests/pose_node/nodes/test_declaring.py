@@ -7,7 +7,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from pose_core.errors import ParameterError
-from pose_core.parameters import parameter
+from pose_core.parameters import checked, parameter
 from pose_node.nodes.declaring import accept_changes, declare_parameters
 
 
@@ -31,6 +31,11 @@ def test_parameters_not_given_have_their_defaults(ros_context):
 @pytest.mark.parametrize("names", [["left"], ["left", "right"], []])
 def test_a_list_whose_default_is_empty_takes_names(ros_context, names):
     assert declare(ros_context, names=names).names == tuple(names)
+
+
+def test_an_empty_list_is_refused_where_one_name_is_needed():
+    with pytest.raises(ParameterError, match=r"sensors = \[\]: expected one name or more"):
+        checked("sensors", None, ("left",), parameter(("left",), doc="names").metadata["spec"])
 
 
 def test_a_list_of_numbers_is_refused_where_names_are_expected(ros_context):

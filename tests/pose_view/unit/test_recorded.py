@@ -6,6 +6,7 @@ from viewed_bag import BODIES, write_viewed_bag
 
 from pose_core.api import FusionParameters, extrinsics_from_map
 from pose_core.errors import InputError
+from pose_io.bag_samples import BagFrames
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_view.recorded import Recorded
@@ -50,13 +51,18 @@ def test_a_track_is_the_requested_interval(recorded):
     assert len(recorded.track("nobody", 0.0, 9.0).stamps_ns) == 0
 
 
-def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded):
+def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded, monkeypatch):
+    monkeypatch.setattr(BagFrames, "left_out", ("IMU torso: 5 samples left out",))
+    noted = []
     with open_bag(recording[0]) as bag:
         missing = missing_bodies(recorded, BODIES, bag)
         extrinsics = extrinsics_from_map(recorded.sensors)
         fusion = FusionParameters(sensors=extrinsics.sensors, subject="subject_kinect")
-        computed = compute_bodies(bag, "kinect", fusion, extrinsics, lambda share: None)
+        computed = compute_bodies(
+            bag, "kinect", fusion, extrinsics, lambda share: None, noted.extend
+        )
 
+    assert noted == ["IMU torso: 5 samples left out"]
     assert missing == {"subject_kinect": "kinect"}  # there are no IMUs in it
     snapshots = computed["subject_kinect"]
     assert len(snapshots) > 60

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import rclpy
 from pose_msgs.msg import SkeletonArray
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 
 from kinect_bridge.conversions import to_skeleton_array
 from kinect_bridge.parameters import KinectBridgeParameters
@@ -18,6 +18,7 @@ from pose_io.names import sensor_frame, skeletons_topic
 from pose_node.node_status import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.message_types import message_class
+from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
 
 STATE_COUNTERS = tuple(f"joints_{state.name.lower()}" for state in TrackingState)
@@ -76,10 +77,7 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
         return int(self.get_clock().now().nanoseconds)
 
     def _subscribe(self, topic: Topic, source: SkeletonSource) -> None:
-        qos = QoSProfile(depth=topic.depth, reliability=ReliabilityPolicy.BEST_EFFORT)
-        if topic.latched:
-            qos.reliability = ReliabilityPolicy.RELIABLE
-            qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
+        qos = latched(topic.depth) if topic.latched else sensor_data(topic.depth)
         receive = partial(source.receive, topic=topic.name)
         self.create_subscription(message_class(topic.type_name), topic.name, receive, qos)
 

@@ -14,7 +14,6 @@ from geometry_msgs.msg import Point, Quaternion, TransformStamped, Vector3
 from pose_msgs.msg import Skeleton, SkeletonArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Imu as ImuMessage
 from sensor_msgs.msg import JointState, TimeReference
@@ -24,14 +23,13 @@ from tf2_msgs.msg import TFMessage
 from pose_bench.faults.judging import Heard, Poses
 from pose_bench.faults.packets import Frame, Imu, Note, Packet
 from pose_core.stamps import NS_PER_S, nanoseconds
-from pose_fusion.nodes.qos import latched
-from pose_io.names import BODIES, WORLD_FRAME, sensor_frame
+from pose_io.names import BODIES, TF_STATIC, WORLD_FRAME, imu_topic, sensor_frame, skeletons_topic
 from pose_node.conversions import to_node_status
 from pose_node.node_status import NodeStatus
+from pose_node.nodes.qos import latched, reliable, sensor_data
 
 BODY = f"{BODIES}subject"
-SENSOR_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-RELIABLE_QOS = QoSProfile(depth=1000)
+SENSOR_QOS, RELIABLE_QOS = sensor_data(100), reliable(1000)
 INT32 = np.iinfo(np.int32)
 
 Planned = tuple[float, str, type, bytes]
@@ -77,10 +75,10 @@ class FaultPlayer(Node):
         for _, topic, kind, _ in plan:
             if topic not in self._publishers_by_topic:
                 profile = SENSOR_QOS
-                if topic in ("/tf_static", "/clock_offsets"):
+                if topic in (TF_STATIC, "/clock_offsets"):
                     profile = latched(10)
                 elif topic == "/diagnostics":
-                    profile = QoSProfile(depth=100)
+                    profile = reliable(100)
                 self._publishers_by_topic[topic] = self.create_publisher(kind, topic, profile)
 
     def play(
@@ -159,9 +157,9 @@ def planned(packet: Packet) -> Planned:
 
 def _message(packet: Packet) -> tuple[str, Any]:
     if isinstance(packet, Frame):
-        return f"/kinect_{packet.source}/skeletons", _frame(packet)
+        return f"/{skeletons_topic(packet.source)}", _frame(packet)
     if isinstance(packet, Imu):
-        return f"/imu_{packet.source.partition('/')[2]}/data", _imu(packet)
+        return f"/{imu_topic(packet.source.partition('/')[2])}", _imu(packet)
     assert isinstance(packet, Note)
     return NOTES[packet.source](packet)
 
@@ -215,7 +213,7 @@ def _static(note: Note) -> tuple[str, TFMessage]:
         )
         transform.transform.translation = _vector([note.values["size"]] * 3)
         message.transforms.append(transform)
-    return "/tf_static", message
+    return TF_STATIC, message
 
 
 def _clock(note: Note) -> tuple[str, TimeReference]:

@@ -18,7 +18,7 @@ from pose_io.bag_samples import read_body_series, read_estimates
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.message_maker import MessageMaker
-from pose_io.names import sensor_frame
+from pose_io.names import TF_STATIC, imu_topic, sensor_frame, skeletons_topic
 from pose_sim.captured.session import (
     SENSORS,
     CapturedSession,
@@ -59,14 +59,12 @@ def write_session(path: Path, session: CapturedSession, *, imus: bool) -> None:
     with BagWriter(path) as bag:
         make = MessageMaker(bag.typestore)
         if session.spec.condition == KNOWN:
-            bag.add_topic("/tf_static", "tf2_msgs/msg/TFMessage", latched=True)
+            bag.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
             stamp_ns = stamp_of(0.0)
-            bag.write(
-                "/tf_static", make.sensor_transforms(session.T_map_sensor, stamp_ns), stamp_ns
-            )
+            bag.write(TF_STATIC, make.sensor_transforms(session.T_map_sensor, stamp_ns), stamp_ns)
         for arrival_ns, sample in session.arrivals(imus=imus):
             if isinstance(sample, ImuSample):
-                topic, frame_id = f"/imu_{sample.segment}/data", f"imu_{sample.segment}"
+                topic, frame_id = f"/{imu_topic(sample.segment)}", f"imu_{sample.segment}"
                 message = make.imu(
                     make.header(sample.stamp_ns, frame_id),
                     sample.orientation,
@@ -74,7 +72,7 @@ def write_session(path: Path, session: CapturedSession, *, imus: bool) -> None:
                     sample.angular_velocity,
                 )
             else:
-                topic = f"/kinect_{sample.sensor}/skeletons"
+                topic = f"/{skeletons_topic(sample.sensor)}"
                 header = make.header(sample.stamp_ns, sensor_frame(sample.sensor))
                 state = np.asarray(sample.tracking_state, np.uint8)
                 skeleton = make.skeleton(header, sample.person, sample.positions, state)

@@ -19,6 +19,7 @@ from pose_core.errors import InputError
 from pose_core.stamps import CDR_STAMP, CDR_STAMP_AT, NS_PER_S, serialized_ns
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
+from pose_io.names import TF_STATIC
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.child_process import executable
 
@@ -43,8 +44,8 @@ def repeat(bag: BagReader, path: Path, times: int, *, imus: bool = True) -> floa
     first_ns, last_ns = messages[0][1], messages[-1][1]
     period_ns = last_ns - first_ns + PAUSE_NS
     with BagWriter(path) as writer:
-        writer.add_topic("/tf_static", "tf2_msgs/msg/TFMessage", latched=True)
-        for message in list(bag.messages(["/tf_static"]))[-1:]:
+        writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
+        for message in list(bag.messages([TF_STATIC]))[-1:]:
             writer.write_serialized(message.topic, message.msgtype, message.data, first_ns)
         for turn in range(times):
             shift_ns = turn * period_ns

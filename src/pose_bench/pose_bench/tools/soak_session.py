@@ -131,7 +131,7 @@ class LiveSession:
 
     def _report(self) -> None:
         """What the nodes do each second."""
-        self._reporter.report((), "", {})
+        self._reporter.report((), {}, {})
         calibration_report(self.calibration, self._counters, "")
         alignments_document(self.fusion.subject.sensor_to_segment)
         for body_id in self._bodies.keys() - self.fusion.remembered:

@@ -148,7 +148,8 @@ class ExtrinsicsCalibrator:
         inlier = refinement.weights[:, index][shared] > 0.0
         joints = np.broadcast_to(np.arange(len(JOINTS)), shared.shape)[shared]
         extents = spread(target)
-        return PairResiduals(
+        scale = relative_scale(source[inlier], target[inlier])
+        pair = PairResiduals(
             partner=self.sensors[partner_sensor],
             frames=int(self.memory.shared_frames[partner_sensor, chosen[index]]),
             raw_median=float(np.median(raw)),
@@ -162,7 +163,13 @@ class ExtrinsicsCalibrator:
             rotation_stddev=float(refinement.rotation_stddev[index]),
             position_stddev=float(refinement.position_stddev[index]),
             spread=(float(extents[0]), float(extents[1]), float(extents[2])),
+            scale=scale,
         )
+        if not pair.scale_differs:
+            return pair
+        # One of the views is displaced along its line of sight; it is unknown which.
+        displaced = abs(scale - 1.0) * float(np.median(np.linalg.norm(source, axis=1)))
+        return replace(pair, position_stddev=float(np.hypot(pair.position_stddev, displaced)))
 
     def _check(self, pair: PairResiduals, name: str) -> None:
         limits = self._parameters
@@ -181,6 +188,12 @@ class ExtrinsicsCalibrator:
                 + ", ".join(f"{extent:.2f}" for extent in pair.spread)
                 + " m): raise the arms sideways and walk about"
             )
+
+
+def relative_scale(source: FloatArray, target: FloatArray) -> float:
+    """How much larger the same points are in one view than in another, both (n, 3) [-]."""
+    size, other = (np.linalg.norm(each - each.mean(axis=0)) for each in (source, target))
+    return float(size / other) if len(source) and other > 0.0 else 1.0
 
 
 def _rms(values: FloatArray) -> float:

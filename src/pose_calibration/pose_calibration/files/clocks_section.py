@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from pose_calibration.files.file_values import rounded
-from pose_core.api import IMUS, Clock, Clocks
+from pose_core.api import IMUS, ONE_IMU, Clock, Clocks, is_imus
 from pose_core.errors import InputError
 
 LARGEST_DRIFT_PPM = 1000.0  # [ppm] twenty times that of a bad quartz
@@ -55,10 +55,10 @@ def read_clocks(
 
 
 def _clock(path: Path, name: Any, entry: Any, sensors: Sequence[str]) -> Clock:
-    known = [*sensors[1:], IMUS]
-    if name not in known:
+    if name not in sensors[1:] and not is_imus(str(name)):
+        known = ", ".join([*sensors[1:], IMUS, ONE_IMU + "<segment>"])
         raise InputError(
-            f"{path}: clocks has {name!r}, expected some of {', '.join(known)}: the clock of "
+            f"{path}: clocks has {name!r}, expected some of {known}: the clock of "
             f"'{sensors[0]}' is the reference"
         )
     where = f"clocks/{name}"

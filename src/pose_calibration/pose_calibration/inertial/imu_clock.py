@@ -2,7 +2,8 @@
 
 A tracker's delay and a clock offset cannot be separated. An offset within the range of trackers'
 delays is left to the fusion, which estimates each tracker's delay from IMUs. A larger offset is
-attributed to the IMUs' clock, with a typical delay of the trackers.
+attributed to the IMUs' clock, with a typical delay of the trackers. A single IMU that is clearly
+apart from most others has a clock of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,24 +12,38 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
+from pose_calibration.clocks.joint_delays import Delay
 from pose_calibration.clocks.motion_track import track_of
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
 from pose_calibration.inertial.imu_motion import (
+    LEAST_LIMBS,
     TRACKER_LAG_STDDEV_S,
     ImuMemory,
     ImuVertical,
     View,
+    measure_each_delay,
     measure_imu_delay,
 )
-from pose_core.api import Clock, Clocks, Extrinsics, SkeletonSample, on_reference_clock
+from pose_core.api import (
+    IMUS,
+    ONE_IMU,
+    Clock,
+    Clocks,
+    Extrinsics,
+    SkeletonSample,
+    on_reference_clock,
+)
 from pose_core.filter.tracker_errors import LONGEST_DELAY_S, SHORTEST_DELAY_S
+from pose_core.stamps import NS_PER_S
 
 TRACKER_DELAY_S = 0.04  # [s] typical delay of trackers' joints behind their stamps
 SEARCHED_S = 60.0  # [s] used of a longer recording: a drift blurs the minimum
 WINDOW_S = 30.0  # [s] in which a delay is measured, to find the drift
 MOST_WINDOWS = 20  # [-]
 NEAR_S = 0.1  # [s] about a known offset
+LIMBS_LAG_STDDEV_S = 0.02  # [s] of a tracker's lag between limbs
+CLEARLY = 4.0  # [-] standard deviations from most other IMUs; sound ones are apart by up to 3.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +52,7 @@ class ImuFindings:
 
     offset_s: float  # [s] by which their clock is ahead
     offset_stddev_s: float  # [s] infinite if the motion does not determine it
-    clock: Clock | None  # None if the offset may be a tracker's delay
+    clocks: Clocks  # all IMUs' unless the offset may be a tracker's delay, and single ones'
     gravity: Gravity | None  # None if the upright body is as certain
 
 
@@ -67,19 +82,77 @@ def imu_findings(
     delay = measure_imu_delay(searched, verticals, max_offset_s + TRACKER_DELAY_S)
     offset_s = delay.estimate_s + TRACKER_DELAY_S
     if not np.isfinite(delay.stddev_s) or abs(offset_s) > max_offset_s:
-        return ImuFindings(offset_s=0.0, offset_stddev_s=np.inf, clock=None, gravity=None)
-    clock = None
+        return ImuFindings(offset_s=0.0, offset_stddev_s=np.inf, clocks={}, gravity=None)
+    apart = clearly_apart(imus_ahead(searched, verticals, delay.estimate_s))
+    verticals = in_time(verticals, apart)
+    clocks = {
+        ONE_IMU + segment: Clock(
+            offset_ns=round(own.estimate_s * NS_PER_S), at_ns=begin_ns, stddev_s=own.stddev_s
+        )
+        for segment, own in apart.items()
+    }
     if is_clocks(offset_s):
         measured = _over_time(views, verticals, delay.estimate_s)
-        clock = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S) if measured else None
+        if measured:
+            clocks[IMUS] = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S)
     known = extrinsics.floor.up_stddev if extrinsics.floor is not None else 0.0
     turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
     gravity = (
         gravity_from_imus(searched, turns, verticals, delay.estimate_s, known) if known else None
     )
     return ImuFindings(
-        offset_s=offset_s, offset_stddev_s=delay.stddev_s, clock=clock, gravity=gravity
+        offset_s=offset_s, offset_stddev_s=delay.stddev_s, clocks=clocks, gravity=gravity
     )
+
+
+def imus_ahead(
+    views: Sequence[View], verticals: Mapping[str, ImuVertical], delay_s: float
+) -> dict[str, Delay]:
+    """By how much each IMU is ahead of their median [s], by segment, as far as motion tells.
+
+    Trackers are late by a different time for each limb: that is part of the standard deviations.
+
+    Args:
+        views: Joints measured by each camera.
+        verticals: The vertical in each IMU, by segment.
+        delay_s: The IMUs' common delay behind the views [s].
+    """
+    each = measure_each_delay(views, verticals, delay_s)
+    if len(each) < LEAST_LIMBS:
+        return {}
+    common_s = float(np.median([one.estimate_s for one in each.values()]))
+    return {
+        segment: Delay(
+            estimate_s=one.estimate_s - common_s,
+            stddev_s=float(np.hypot(one.stddev_s, LIMBS_LAG_STDDEV_S)),
+        )
+        for segment, one in each.items()
+    }
+
+
+def clearly_apart(ahead: Mapping[str, Delay]) -> dict[str, Delay]:
+    """The IMUs whose clocks are clearly ahead of the others' or behind them.
+
+    None if they are not a minority: then it is unknown which clocks are right.
+    """
+    apart = {
+        segment: one
+        for segment, one in ahead.items()
+        if abs(one.estimate_s) > CLEARLY * one.stddev_s
+    }
+    return apart if 2 * len(apart) < len(ahead) else {}
+
+
+def in_time(
+    verticals: Mapping[str, ImuVertical], apart: Mapping[str, Delay]
+) -> dict[str, ImuVertical]:
+    """The verticals with the stamps of single IMUs corrected by how much these are ahead."""
+    return {
+        segment: ImuVertical(one.stamps - apart[segment].estimate_s, one.up)
+        if segment in apart
+        else one
+        for segment, one in verticals.items()
+    }
 
 
 def measure_imu_window(

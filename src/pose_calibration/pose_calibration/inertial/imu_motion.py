@@ -37,6 +37,9 @@ LEAST_LIMBS = 3  # [-] in all views together, since one may be measured badly
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag between motions
 FINE = 3  # [-] half width of the parabola's fit, in steps of the grid
 EVERY_NS = 19_000_000  # [ns] smallest interval between stored samples
+EACH_REACH_S = 0.4  # [s] half width of the search for a single IMU's delay about the common one
+EACH_DECISIVE = 30.0  # [-] as DECISIVE, for a single IMU
+MOST_STDDEV_S = 0.03  # [s] of a single IMU's delay, above which its motion does not determine it
 LEAST_LATE = 0.7  # [-] quantile: share of the limbs' weight that is later than the result
 QUANTILE_LOSS = 1.32  # [-] standard error of that quantile over that of a mean
 UP = np.array([0.0, 0.0, 1.0])
@@ -141,6 +144,47 @@ def measure_imu_delay(
     Returns:
         The delay [s]; its standard deviation is infinite if the motion does not determine it.
     """
+    limbs, shifts = _limbs(views, verticals, reach_s, centre_s)
+    best = _best(_cost(limbs), shifts)
+    if best is None:
+        return UNKNOWN_DELAY
+    found = [one for limb in limbs if (one := _own_shift(limb, shifts, best)) is not None]
+    return _combined(np.array(found)) if len(found) >= LEAST_LIMBS else UNKNOWN_DELAY
+
+
+def measure_each_delay(
+    views: Sequence[View], verticals: Mapping[str, ImuVertical], centre_s: float
+) -> dict[str, Delay]:
+    """Estimate the delay of each IMU by itself, from its limb in all views together.
+
+    Args:
+        views: Joints measured by each camera.
+        verticals: The vertical in each IMU, by segment.
+        centre_s: Centre of the search [s].
+
+    Returns:
+        The delays of the IMUs whose motion determines them, by segment.
+    """
+    found = {}
+    for segment, vertical in verticals.items():
+        limbs, shifts = _limbs(views, {segment: vertical}, EACH_REACH_S, centre_s)
+        cost = _cost(limbs)
+        best = _best(cost, shifts, EACH_DECISIVE)
+        if best is None:
+            continue
+        left = np.exp((cost[best] - cost.max()) / sum(limb.count for limb in limbs))
+        x, curve, vertex_s = _parabola(shifts, cost, best)
+        if left > 1.0 - LEAST_EXPLAINED or curve < 1.0 / MOST_STDDEV_S**2:
+            continue
+        estimate_s = float(shifts[best] + np.clip(vertex_s, x[0], x[-1]))
+        found[segment] = Delay(estimate_s=estimate_s, stddev_s=float(1.0 / np.sqrt(curve)))
+    return found
+
+
+def _limbs(
+    views: Sequence[View], verticals: Mapping[str, ImuVertical], reach_s: float, centre_s: float
+) -> tuple[list[_Limb], FloatArray]:
+    """The limbs whose motion suffices, in all views; and the shifts of their misfits [s]."""
     reach = round(reach_s * GRID_RATE) + FINE
     limbs = [
         limb
@@ -148,18 +192,34 @@ def measure_imu_delay(
         for segment, each in verticals.items()
         if (limb := _limb(view, segment, each, reach, centre_s)) is not None
     ]
-    if not limbs:
-        return UNKNOWN_DELAY
-    shifts = np.arange(-reach, reach + 1) / GRID_RATE + centre_s
-    cost = np.sum([limb.count * np.log(limb.misfit) for limb in limbs], axis=0)
+    return limbs, np.arange(-reach, reach + 1) / GRID_RATE + centre_s
+
+
+def _cost(limbs: Sequence[_Limb]) -> FloatArray:
+    """Twice the negative log-likelihood of each shift, (shifts,)."""
+    return np.asarray(sum(limb.count * np.log(limb.misfit) for limb in limbs))
+
+
+def _best(cost: FloatArray, shifts: FloatArray, decisive: float = DECISIVE) -> int | None:
+    """Index of the best shift; None if it is not clearly better than others, or at the end."""
+    if not cost.ndim:  # no limb
+        return None
     best = int(np.argmin(cost))
     apart = np.abs(shifts - shifts[best]) > APART_S
-    if not FINE <= best < len(shifts) - FINE:
-        return UNKNOWN_DELAY
-    if apart.any() and cost[apart].min() - cost[best] < DECISIVE:
-        return UNKNOWN_DELAY
-    found = [one for limb in limbs if (one := _own_shift(limb, shifts, best)) is not None]
-    return _combined(np.array(found)) if len(found) >= LEAST_LIMBS else UNKNOWN_DELAY
+    is_decided = not apart.any() or cost[apart].min() - cost[best] >= decisive
+    return best if is_decided and FINE <= best < len(shifts) - FINE else None
+
+
+def _parabola(shifts: FloatArray, values: FloatArray, best: int) -> tuple[FloatArray, float, float]:
+    """A parabola through the values about the best shift.
+
+    Returns:
+        The shifts relative to the best [s], half its second derivative, and its vertex [s].
+    """
+    near = slice(best - FINE, best + FINE + 1)
+    x = shifts[near] - shifts[best]
+    curve, slope, _ = np.polyfit(x, values[near], 2)
+    return x, float(curve), float(-0.5 * slope / curve) if curve > 0.0 else 0.0
 
 
 def _limb(
@@ -224,18 +284,15 @@ def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float
     reach = round(OWN_REACH_S * GRID_RATE)
     first, last = max(best - reach, FINE), min(best + reach + 1, len(shifts) - FINE)
     own = first + int(np.argmin(limb.misfit[first:last]))
-    near = slice(own - FINE, own + FINE + 1)
-    x = shifts[near] - shifts[own]
-    curve, slope, _ = np.polyfit(x, limb.misfit[near], 2)
+    x, curve, vertex_s = _parabola(shifts, limb.misfit, own)
     if own in (first, last - 1) or curve <= 0.0 or limb.energy <= 0.0:
         return None
-    least = float(limb.misfit[near].min())
+    least = float(limb.misfit[own - FINE : own + FINE + 1].min())
     unexplained = least / float(limb.misfit.max())
     if unexplained > 1.0 - LEAST_EXPLAINED:
         return None
-    vertex = float(np.clip(-0.5 * slope / curve, x[0], x[-1]))
     variance = least / (limb.count * limb.energy) + (UNEXPLAINED_LAG_S * unexplained) ** 2
-    return float(shifts[own]) + vertex, variance
+    return float(shifts[own] + np.clip(vertex_s, x[0], x[-1])), variance
 
 
 def _combined(found: FloatArray) -> Delay:

@@ -3,11 +3,11 @@
 Every ten seconds the offsets are measured in the last twenty seconds, near their last values, and
 a line is fitted to the measurements. If no offset is found there, the whole range is searched.
 If an offset far from the line is found twice, the clock has been set: older measurements are
-dropped.
+dropped. Clocks of single IMUs are compared with the others' once a window.
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -17,13 +17,22 @@ from pose_calibration.clocks.clock_offset import FINE_REACH_S, find_shift, measu
 from pose_calibration.clocks.joint_delays import LAG_SPREAD_S
 from pose_calibration.clocks.motion_track import Track, track_of
 from pose_calibration.inertial.imu_clock import (
+    NEAR_S,
     TRACKER_DELAY_S,
+    clearly_apart,
+    imus_ahead,
     is_clocks,
     measure_imu_window,
     views_on_reference_clock,
 )
-from pose_calibration.inertial.imu_motion import TRACKER_LAG_STDDEV_S, ImuMemory, measure_imu_delay
-from pose_core.api import IMUS, Clock, Clocks, Extrinsics, SkeletonSample
+from pose_calibration.inertial.imu_motion import (
+    TRACKER_LAG_STDDEV_S,
+    ImuMemory,
+    ImuVertical,
+    View,
+    measure_imu_delay,
+)
+from pose_core.api import IMUS, ONE_IMU, Clock, Clocks, Extrinsics, SkeletonSample
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 EVERY_NS = 10 * NS_PER_S
@@ -50,6 +59,7 @@ class ClockTracker:
         self._outliers: dict[str, int] = {}
         self._begin_ns: int | None = None
         self._due_ns = 0
+        self._single_due_ns = 0
 
     def add(self, sample: SkeletonSample, imus: ImuMemory) -> Clocks | None:
         """Add a sample, stamped by its own clock; returns the clocks after each measurement."""
@@ -79,7 +89,7 @@ class ClockTracker:
         for recent in self._samples.values():
             recent.clear()
         self._offsets.clear()
-        self._begin_ns = None
+        self._begin_ns, self._single_due_ns = None, 0
 
     def _remember_known(self, now_ns: int) -> None:
         """Use the calibration's result as the first measurement."""
@@ -175,6 +185,38 @@ class ClockTracker:
             self.clocks[IMUS] = clock
         else:
             self.clocks.pop(IMUS, None)
+        if self._due_ns >= self._single_due_ns:
+            self._single_due_ns = self._due_ns + WINDOW_NS
+            self._compare_imus(begin_ns, views, verticals, offset)
+
+    def _compare_imus(
+        self,
+        begin_ns: int,
+        views: Sequence[View],
+        verticals: Mapping[str, ImuVertical],
+        common: MeasuredOffset,
+    ) -> None:
+        """Update the clocks of single IMUs that differ from the common one."""
+        ahead = imus_ahead(views, verticals, common.offset_s - TRACKER_DELAY_S)
+        apart = clearly_apart(ahead)
+        for segment, one in ahead.items():
+            source = ONE_IMU + segment
+            nearest_s = min(NEAR_S, abs(one.estimate_s))  # nearer to the known one than to zero
+            is_known = source in self.clocks
+            if not is_known or abs(one.estimate_s - self._known_s(source)) >= nearest_s:
+                self.clocks.pop(source, None)
+                self._offsets.pop(source, None)
+                outliers = self._outliers.get(source, 0) + 1
+                self._outliers[source] = outliers if segment in apart else 0
+                if self._outliers[source] < OUTLIERS_OF_STEP:
+                    continue
+            own = MeasuredOffset(
+                at_s=common.at_s,
+                offset_s=one.estimate_s,
+                noise_s=one.stddev_s,
+                stddev_s=one.stddev_s,
+            )
+            self.clocks[source] = self._clock(source, own, begin_ns, TRACKER_LAG_STDDEV_S)
 
     def _clock(
         self, name: str, offset: MeasuredOffset, begin_ns: int, systematic_s: float

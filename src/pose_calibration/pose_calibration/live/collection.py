@@ -13,7 +13,6 @@ from pose_calibration.live.sample_memory import SampleMemory
 from pose_calibration.parameters import LiveCalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
-    IMUS,
     Clocks,
     Extrinsics,
     SkeletonSample,
@@ -130,9 +129,7 @@ class Collection:
         skeletons = {name: by_sensor[name] for name in extrinsics.sensors if name in by_sensor}
         limit_s = self._parameters.max_offset
         self.imus = imu_findings(extrinsics, skeletons, self._imu_memory, limit_s)
-        clocks = dict(extrinsics.clocks)
-        if self.imus.clock is not None:
-            clocks[IMUS] = self.imus.clock
+        clocks = {**extrinsics.clocks, **self.imus.clocks}
         if self.imus.gravity is not None and self._accelerometer.gravity() is None:
             extrinsics = self.calibrator.leveled(extrinsics, self.imus.gravity)
         self._clocks = clocks

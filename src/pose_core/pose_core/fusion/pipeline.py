@@ -23,7 +23,8 @@ from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.clocks import Clocks, reference_delay_s
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.clocks import ONE_IMU, Clock, Clocks, reference_delay_s
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
 
@@ -92,7 +93,11 @@ class FusionPipeline:
             use = uses.setdefault(name, self._unused(name))
             fault = self.imus.rate_faults.get(name)
             instead = "; the orientation's change is used"
-            use.remark = f"its angular velocity {fault}{instead}" if fault else ""
+            remarks = [f"its angular velocity {fault}{instead}"] if fault else []
+            clock = self.clocks.get(ONE_IMU + name)
+            if clock is not None and clock.offset_ns:
+                remarks.append(f"its clock is {_ahead(clock)} the others': corrected")
+            use.remark = "; ".join(remarks)
         return tuple(uses[name] for name in sorted(self.imus.segments))
 
     @property
@@ -242,3 +247,10 @@ class FusionPipeline:
     def _predict(self, stamp_ns: int) -> None:
         imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self._preprocessor.newest_ns
         self._runner.predict(stamp_ns, newest_ns, imus)
+
+
+def _ahead(clock: Clock) -> str:
+    """How far a clock is ahead of another or behind it."""
+    ahead_s = clock.offset_ns / NS_PER_S
+    known = f" ± {clock.stddev_s:.2f}" if clock.stddev_s else ""
+    return f"{abs(ahead_s):.2f}{known} s {'ahead of' if ahead_s > 0.0 else 'behind'}"

@@ -16,6 +16,8 @@ from pose_core.session.session_body import SessionBody
 from pose_core.streams.clocks import Clock
 from pose_core.transforms import inverse
 
+SAME_SCALE = 0.02  # [-] relative difference; of trackers with the right scale at most 0.011
+
 
 @dataclass(frozen=True, kw_only=True)
 class PairResiduals:
@@ -32,6 +34,12 @@ class PairResiduals:
     rotation_stddev: float  # [rad] about the least certain axis
     position_stddev: float  # [m] along the least certain axis
     spread: tuple[float, float, float]  # [m] of the points along their principal axes, RMS
+    scale: float = 1.0  # [-] of its joints, relative to the partner's
+
+    @property
+    def scale_differs(self) -> bool:
+        """Whether one of the two trackers has a wrong scale."""
+        return abs(self.scale - 1.0) > SAME_SCALE
 
     @property
     def all_inlier_share(self) -> float:

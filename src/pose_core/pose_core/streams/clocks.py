@@ -7,7 +7,8 @@ With :math:`s` a source's stamp, the instant on the reference's clock is
 where :math:`o` is the offset of the source's clock at its stamp :math:`s_0` (positive if ahead),
 and
 :math:`d` its drift. A source is a Kinect, by its name, or all IMUs together, because one bridge
-stamps all of them.
+usually stamps all of them. The clock of a single IMU that something else stamps is relative to
+theirs.
 """
 
 from collections.abc import Mapping
@@ -22,6 +23,8 @@ from pose_core.streams.series import SkeletonSeries
 
 IMUS = "imus"
 """Name of the source that consists of all IMUs."""
+ONE_IMU = f"{IMUS}/"
+"""Begin of the name of a single IMU's clock, before its segment."""
 REACH_NS = 1800 * NS_PER_S  # [ns] from its measurement for which a drift is applied
 LARGEST_DELAY_NS = NS_PER_S // 10  # [ns] offset that may be a difference of trackers' delays
 
@@ -50,6 +53,11 @@ Clocks = Mapping[str, Clock]
 """Clocks by source; one that is missing agrees with the reference's."""
 
 
+def is_imus(source: str) -> bool:
+    """Whether a source is the IMUs, or a single one."""
+    return source == IMUS or source.startswith(ONE_IMU)
+
+
 def reference_delay_s(clocks: Clocks) -> float:
     """How late the reference's tracker probably is [s], by the offsets of the other cameras.
 
@@ -57,7 +65,7 @@ def reference_delay_s(clocks: Clocks) -> float:
     late, never early. So a camera that seems to be behind by little is in time, and the reference
     late. Larger offsets are taken for clocks that differ.
     """
-    offsets_ns = [clock.offset_ns for source, clock in clocks.items() if source != IMUS]
+    offsets_ns = [clock.offset_ns for source, clock in clocks.items() if not is_imus(source)]
     earliest_ns = min(offsets_ns, default=0)
     return -earliest_ns / NS_PER_S if -LARGEST_DELAY_NS <= earliest_ns < 0 else 0.0
 
@@ -72,10 +80,15 @@ def on_reference_clock(sample: SkeletonSample, clocks: Clocks) -> SkeletonSample
 
 def block_on_reference_clock(block: ImuBlock, clocks: Clocks) -> ImuBlock:
     """IMU samples with their stamps converted to the reference's clock."""
-    clock = clocks.get(IMUS)
-    if clock is None:
-        return block
-    return replace(block, stamps_ns=_stamps_on_reference_clock(block.stamps_ns, clock))
+    stamps_ns, clock = block.stamps_ns, clocks.get(IMUS)
+    if clock is not None:
+        stamps_ns = _stamps_on_reference_clock(stamps_ns, clock)
+    for source, own in clocks.items():
+        segment = source.removeprefix(ONE_IMU)
+        if segment != source and segment in block.segments:
+            is_own = block.imu == block.segments.index(segment)
+            stamps_ns = np.where(is_own, _stamps_on_reference_clock(stamps_ns, own), stamps_ns)
+    return block if stamps_ns is block.stamps_ns else replace(block, stamps_ns=stamps_ns)
 
 
 def series_on_reference_clock(series: SkeletonSeries, clock: Clock | None) -> SkeletonSeries:

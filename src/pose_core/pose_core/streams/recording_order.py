@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.stamps import JUMP_BACK_NS
-from pose_core.streams.clocks import IMUS, Clock, Clocks, block_on_reference_clock
+from pose_core.streams.clocks import Clock, Clocks, block_on_reference_clock
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of, joined
 
 WAIT_NS = JUMP_BACK_NS  # [ns] for which a frame waits; a longer step back is a new start
@@ -111,9 +111,8 @@ class RecordingOrder:
 
     def _all_imus_passed_ns(self) -> int:
         """The instant that every IMU of the last block has passed [ns]."""
-        last = self._imus[-1]
-        newest_ns = [int(last.stamps_ns[last.imu == imu].max()) for imu in np.unique(last.imu)]
-        return self._clock(IMUS).to_reference(min(newest_ns))
+        last = block_on_reference_clock(self._imus[-1], self._clocks)
+        return min(int(last.stamps_ns[last.imu == imu].max()) for imu in np.unique(last.imu))
 
     def _follow_imus(self, block: ImuBlock) -> None:
         """Advance along the samples after the cameras' last frame, up to the first long gap.

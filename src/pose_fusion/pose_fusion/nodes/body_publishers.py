@@ -12,8 +12,8 @@ from pose_core.api import BodyModel, BodyShape, EstimateBlock, make_urdf
 from pose_core.stamps import NS_PER_S
 from pose_fusion.conversions import body_topics, to_string, urdf_topic
 from pose_fusion.estimate_bytes import EstimateBytes
-from pose_fusion.nodes.qos import latched
 from pose_io.typestore import make_typestore
+from pose_node.nodes.qos import latched
 
 QUEUE = 10  # [messages] of each topic
 

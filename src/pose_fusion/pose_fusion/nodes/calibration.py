@@ -27,7 +27,6 @@ from pose_fusion.conversions import (
 )
 from pose_fusion.nodes.calibration_report import calibration_report
 from pose_fusion.nodes.inbox import Inbox
-from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.sample_reader import read_imus
@@ -36,6 +35,7 @@ from pose_io.names import imu_topic, sensor_frame, skeletons_topic
 from pose_node.kept import kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
+from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 

@@ -5,6 +5,7 @@ import numpy as np
 from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
 from pose_core.api import Extrinsics
 from pose_core.counters import Counters
+from pose_fusion.calibration_lines import scale_lines
 from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 
@@ -18,10 +19,12 @@ def calibration_report(calibration: LiveCalibration, counters: Counters, trouble
         trouble: Why the file could not be saved; empty if it was.
     """
     collecting = calibration.state is CalibrationState.COLLECTING
-    level = Level.WARN if collecting or calibration.moved else Level.OK
+    extrinsics = calibration.extrinsics
+    scales = [] if extrinsics is None else list(scale_lines(extrinsics))
+    level = Level.WARN if collecting or calibration.moved or scales else Level.OK
     return Report(
         level=Level.ERROR if trouble else level,
-        message=trouble or calibration.status,
+        message=trouble or "; ".join([calibration.status, *scales]),
         values=_values(calibration, counters),
     )
 
@@ -70,6 +73,7 @@ def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
         values[f"median_residual_m/{sensor}"] = f"{pair.median:.4f}"
         values[f"raw_median_m/{sensor}"] = f"{pair.raw_median:.4f}"
         values[f"inlier_share/{sensor}"] = f"{pair.all_inlier_share:.2f}"
+        values[f"scale/{sensor}"] = f"{pair.scale:.3f}"
         values[f"rotation_stddev_deg/{sensor}"] = f"{np.degrees(pair.rotation_stddev):.2f}"
         values[f"position_stddev_m/{sensor}"] = f"{pair.position_stddev:.4f}"
     if extrinsics.floor is not None:

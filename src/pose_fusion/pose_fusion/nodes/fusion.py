@@ -33,7 +33,6 @@ from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.body_publishers import BodyPublishers
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
-from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
@@ -45,6 +44,7 @@ from pose_io.static_transforms import StaticTransforms
 from pose_node.kept import Kept, kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
+from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 
@@ -77,9 +77,11 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._kept_person = Kept(kept, "person", str)
         read = partial(read_alignments, "the kept alignments")
         self._kept_alignments = Kept(kept, "alignments", read)
-        self._counters = Counters(*COUNTS, "malformed_transforms", "messages_lost")
+        self._counters = Counters(
+            *COUNTS, "malformed_transforms", "malformed_clocks", "messages_lost"
+        )
         self._static_transforms = StaticTransforms()
-        self._malformed_transform = ""  # why the last message on /tf_static was rejected
+        self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._person = self._kept_person.load() or self.settings.person
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
         self._make_pipeline()
@@ -228,16 +230,25 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             placed = self._static_transforms.add(message)
         except InputError as error:
             self._counters.add("malformed_transforms")
-            self._malformed_transform = str(error)
+            self._malformed["/tf_static"] = str(error)
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
-        self._malformed_transform = ""
+        self._malformed.pop("/tf_static", None)
         if all(sensor in placed for sensor in self.settings.sensors):
             extrinsics = extrinsics_from_map({s: placed[s] for s in self.settings.sensors})
             self.pipeline.place_sensors(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
 
     def _on_clock(self, message: TimeReference) -> None:
-        self.pipeline.use_clocks({**self.pipeline.clocks, message.source: clock_of(message)})
+        topic = f"clock_offsets/{message.source}"
+        try:
+            clock = clock_of(message)
+        except InputError as error:
+            self._counters.add("malformed_clocks")
+            self._malformed[topic] = str(error)
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
+        self._malformed.pop(topic, None)
+        self.pipeline.use_clocks({**self.pipeline.clocks, message.source: clock})
 
     def _publish_now(self) -> None:
         self._take_imus()
@@ -301,7 +312,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._counters.add("messages_lost", sum(lost.values()))
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
-        return self._reporter.report(unused, self._malformed_transform, lost)
+        return self._reporter.report(unused, self._malformed, lost)
 
 
 def main() -> None:

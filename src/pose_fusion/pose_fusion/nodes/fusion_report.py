@@ -41,26 +41,25 @@ class FusionReporter:
         set_aside = self._judge.set_aside if self._judge is not None else ()
         imus = {*self._silent_imus, *self._pipeline.subject.imus.jumping, *idle}
         imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
-        missing = {*set_aside, *self._watch.missing, *imus}
+        names = {f"{sensor}'s names" for sensor in self._watch.faulty}
+        missing = {*set_aside, *self._watch.missing, *imus, *names}
         return missing if self._is_tracking else {*missing, "everything"}
 
     def report(
-        self, unused: Sequence[str], malformed_transform: str, lost: Mapping[str, int]
+        self, unused: Sequence[str], malformed: Mapping[str, str], lost: Mapping[str, int]
     ) -> Report:
         """The report as of the last check.
 
         Args:
             unused: Names of sensors that publish and are not used.
-            malformed_transform: Error in the last ``/tf_static``; empty if there is none.
+            malformed: Errors in the last messages of other topics, by topic.
             lost: Number of messages lost since the last report, by source.
         """
         has_subject = self._pipeline.status == "tracking"
-        is_ok = has_subject and not (self._unused_sources() or malformed_transform or lost)
+        is_ok = has_subject and not (self._unused_sources() or malformed or lost)
         return Report(
             level=Level.OK if is_ok else Level.WARN,
-            message="; ".join(
-                [self._tracking(), *self._remarks(unused, malformed_transform, lost)]
-            ),
+            message="; ".join([self._tracking(), *self._remarks(unused, malformed, lost)]),
             values={**self._values(), "sensors_not_used": ", ".join(unused) or "none"},
         )
 
@@ -84,7 +83,7 @@ class FusionReporter:
         return self._pipeline.subject.silent_imus if self._pipeline.parameters.use_imus else ()
 
     def _remarks(
-        self, unused: Sequence[str], malformed_transform: str, lost: Mapping[str, int]
+        self, unused: Sequence[str], malformed: Mapping[str, str], lost: Mapping[str, int]
     ) -> list[str]:
         set_aside = self._judge.set_aside if self._judge is not None else {}
         remarks = []
@@ -95,6 +94,7 @@ class FusionReporter:
         for sensor, why in self._watch.missing.items():
             if sensor not in set_aside:
                 remarks.append(f"{sensor} does not show the subject: {why}")
+        remarks += [f"{sensor}: {why}" for sensor, why in self._watch.faulty.items()]
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
             remarks.append(f"no samples from the IMU on {silent}: check its battery and radio")
@@ -105,8 +105,7 @@ class FusionReporter:
         for fault in sorted(set(faults.values())):
             segments = ", ".join(segment for segment, own in faults.items() if own == fault)
             remarks.append(f"the angular velocity of the IMU on {segments} {fault}")
-        if malformed_transform:
-            remarks.append(f"/tf_static is not used: {malformed_transform}")
+        remarks += [f"{topic} is not used: {why}" for topic, why in malformed.items()]
         if lost:
             sources = ", ".join(lost)
             remarks.append(

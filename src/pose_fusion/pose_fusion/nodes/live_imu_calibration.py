@@ -27,12 +27,12 @@ from pose_core.fusion import sample_buffer
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.inbox import Inbox
-from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.sample_reader import read_imus
 from pose_io.clock_messages import clock_of
 from pose_io.names import imu_topic, skeletons_topic
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import StaticTransforms
+from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import node_of_tool
 
 SPIN_S = 0.1
@@ -114,7 +114,11 @@ class ImuCalibrationNode(Node):
                 self.calibration.add(self._waiting.popleft())
 
     def _on_clock(self, message: TimeReference) -> None:
-        self._clocks[message.source] = clock_of(message)
+        try:
+            self._clocks[message.source] = clock_of(message)
+        except InputError as error:
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
         if self.calibration is not None and self.extrinsics is not None:
             self.extrinsics = replace(self.extrinsics, clocks=dict(self._clocks))
             self.calibration.use_clocks(self._clocks)

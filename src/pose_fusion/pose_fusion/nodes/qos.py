@@ -1,4 +1,4 @@
-"""Quality of service: the profiles of our topics, and those in a bag."""
+"""Quality of service of topics in a bag, and of those of others."""
 
 from collections.abc import Sequence
 
@@ -18,30 +18,21 @@ from rosbags.interfaces import (
 )
 
 from pose_core.stamps import NS_PER_S
+from pose_node.nodes.qos import profile
 
 
-def latched(depth: int) -> QoSProfile:
-    """Reliable and transient local."""
-    return _profile(depth, is_reliable=True, is_latched=True)
-
-
-def sensor_data(depth: int) -> QoSProfile:
-    """Best effort, as sensors publish."""
-    return _profile(depth, is_reliable=False, is_latched=False)
-
-
-def to_bag(profile: QoSProfile) -> Qos:
+def to_bag(own: QoSProfile) -> Qos:
     """Convert a publisher's profile to the form in a bag."""
     return Qos(
-        QosHistory(int(profile.history)),
-        profile.depth,
-        QosReliability(int(profile.reliability)),
-        QosDurability(int(profile.durability)),
-        _time(profile.deadline),
-        _time(profile.lifespan),
-        QosLiveliness(int(profile.liveliness)),
-        _time(profile.liveliness_lease_duration),
-        profile.avoid_ros_namespace_conventions,
+        QosHistory(int(own.history)),
+        own.depth,
+        QosReliability(int(own.reliability)),
+        QosDurability(int(own.durability)),
+        _time(own.deadline),
+        _time(own.lifespan),
+        QosLiveliness(int(own.liveliness)),
+        _time(own.liveliness_lease_duration),
+        own.avoid_ros_namespace_conventions,
     )
 
 
@@ -52,8 +43,8 @@ def from_bag(profiles: Sequence[Qos], least_depth: int) -> QoSProfile:
         profiles: Profiles of the recorded publishers.
         least_depth: Minimum length of the queue [messages].
     """
-    return _profile(
-        max([least_depth, *(profile.depth for profile in profiles)]),
+    return profile(
+        max([least_depth, *(one.depth for one in profiles)]),
         is_reliable=all(one.reliability != QosReliability.BEST_EFFORT for one in profiles),
         is_latched=any(one.durability == QosDurability.TRANSIENT_LOCAL for one in profiles),
     )
@@ -61,18 +52,10 @@ def from_bag(profiles: Sequence[Qos], least_depth: int) -> QoSProfile:
 
 def for_subscription(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
     """The strictest profile that receives from all publishers, with a queue of ``depth``."""
-    return _profile(
+    return profile(
         depth,
         is_reliable=all(one.reliability != ReliabilityPolicy.BEST_EFFORT for one in offered),
         is_latched=all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in offered),
-    )
-
-
-def _profile(depth: int, *, is_reliable: bool, is_latched: bool) -> QoSProfile:
-    return QoSProfile(
-        depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
     )
 
 

@@ -17,11 +17,11 @@ from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.inertial.imu_clock import ImuFindings
 from pose_calibration.parameters import CalibrationParameters
 from pose_calibration.session_calibration import SessionCalibration, calibrate_people
-from pose_core.api import PairResiduals
+from pose_core.api import IMUS, PairResiduals
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import add_arguments, from_arguments
-from pose_fusion.calibration_lines import floor_line
+from pose_fusion.calibration_lines import floor_line, scale_lines, single_imu_lines
 from pose_fusion.session_extrinsics import checked_sensors
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
@@ -137,10 +137,10 @@ def _ahead(session: SessionCalibration, sensor: str) -> str:
 
 
 def imus_line(imus: ImuFindings) -> str:
-    """One line about the IMUs' clock."""
+    """One line about the IMUs' common clock."""
     if not np.isfinite(imus.offset_stddev_s):
         return "the IMUs' clock: not determined by the motion"
-    taken = "" if imus.clock is not None else ", taken as 0: trackers' lags differ by as much"
+    taken = "" if IMUS in imus.clocks else ", taken as 0: trackers' lags differ by as much"
     return (
         f"the IMUs' clock is {imus.offset_s * 1e3:.0f} ± {imus.offset_stddev_s * 1e3:.0f} ms "
         f"ahead{taken}"
@@ -162,7 +162,11 @@ def main(given: list[str]) -> None:
     console.print(agreement_table(session))
     if session.people_line:
         print(session.people_line)
+    for line in scale_lines(session.extrinsics):
+        print(line)
     print(floor_line(session.extrinsics))
     if session.imus is not None:
         print(imus_line(session.imus))
+        for line in single_imu_lines(session.extrinsics.clocks):
+            print(line)
     print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")

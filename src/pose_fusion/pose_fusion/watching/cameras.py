@@ -15,6 +15,7 @@ FROZEN_FRAMES = 6  # [frames] that are alike after others that were not: no trac
 class _Camera:
     frames: int = 0  # since the last check, of any kind
     trouble: str = ""  # with the last one of them
+    fault: str = ""  # in the form of one of them, since the last check
     shown: int = 0  # frames of the subject, at the last check
     missed: int = 0  # checks in a row in which there were no more
     picture: Sequence[FloatArray] = field(default_factory=tuple)  # everybody's joints
@@ -29,6 +30,12 @@ class CameraWatch:
         self._cameras = {sensor: _Camera() for sensor in sensors}
         self.missing: dict[str, str] = {}
         """Cameras that do not show the subject as of the last check, and why."""
+        self.faulty: dict[str, str] = {}
+        """Cameras whose messages have wrong names as of the last check, and which."""
+
+    def note_fault(self, sensor: str, fault: str) -> None:
+        """A message has come with wrong names."""
+        self._cameras[sensor].fault = fault
 
     def note_trouble(self, sensor: str, trouble: str) -> None:
         """A message has come that is of no use."""
@@ -64,6 +71,7 @@ class CameraWatch:
             shown: Number of frames of the subject that were used, by camera.
         """
         self.missing = {}
+        self.faulty = {name: each.fault for name, each in self._cameras.items() if each.fault}
         for sensor, camera in self._cameras.items():
             count = shown.get(sensor, 0)
             camera.missed = 0 if count != camera.shown else camera.missed + 1
@@ -71,4 +79,4 @@ class CameraWatch:
             if camera.missed >= MISSED_CHECKS and count > 0:
                 silent = "it is silent: check its node and its cable"
                 self.missing[sensor] = camera.trouble if camera.frames else silent
-            camera.frames = 0
+            camera.frames, camera.fault = 0, ""

@@ -5,7 +5,7 @@ of the numbers are found once for each such form.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +23,7 @@ from pose_io.cdr.kernels import (
     read_person,
 )
 from pose_io.cdr.layout import Walker
-from pose_io.names import SKELETON_ARRAY
+from pose_io.names import SKELETON_ARRAY, sensor_frame
 
 BEST_STATE = int(max(TrackingState))
 FORMS_KEPT = 16  # bounds the memory: persons leave, and new ids arrive
@@ -40,12 +40,15 @@ class _Form:
     fixed: NDArray[np.int64]  # offsets of the constant bytes
     texts: NDArray[np.uint8]  # those bytes
     persons: tuple[tuple[str, PersonPlaces], ...]  # by their ids
+    fault: str  # what is wrong with its names; empty if nothing is
 
 
 class SkeletonReader:
     """Reads one sensor's messages."""
 
     def __init__(self, sensor: str) -> None:
+        self.fault = ""
+        """What is wrong with the names in the last messages; empty if nothing is."""
         self._sensor = sensor
         self._forms: dict[int, list[_Form]] = defaultdict(list)
         self._form_bytes = 0
@@ -92,6 +95,7 @@ class SkeletonReader:
             fits = np.empty(len(rows), np.bool_)
             is_last = _have_form(rows, form.fixed, form.texts, fits) == len(rows)
             fitting, where = (rows, left) if is_last else (rows[fits], left[fits])
+            self.fault = form.fault
             persons_of_all = _persons(form, fitting, self._sensor)
             for index, persons in zip(where.tolist(), persons_of_all, strict=True):
                 result[index] = persons
@@ -100,7 +104,7 @@ class SkeletonReader:
             left, rows = left[~fits], rows[~fits]
 
     def _new_form(self, data: bytes) -> _Form:
-        form = _form_of(data)
+        form = _form_of(data, self._sensor)
         size = form.fixed.nbytes + form.texts.nbytes
         if self._form_bytes + size > FORM_BYTES_KEPT:
             self._forms.clear()
@@ -112,21 +116,46 @@ class SkeletonReader:
         return form
 
 
-def _form_of(data: bytes) -> _Form:
+def _form_of(data: bytes, sensor: str) -> _Form:
     walker = Walker(data, SKELETON_ARRAY)
     walker.skip(4, 2)
-    walker.string()
-    persons = tuple(_person(walker) for _ in range(walker.length()))
+    frame = walker.string()
+    seen: set[str] = set()
+    persons = tuple(_person(walker, seen) for _ in range(walker.length()))
+    fault = names_fault(frame, seen, sensor)
     fixed = HEADER_SIZE + np.flatnonzero(walker.fixed)
     texts = np.frombuffer(data, np.uint8)[fixed]
-    return _Form(is_little=walker.order == "<", fixed=fixed, texts=texts, persons=persons)
+    return _Form(
+        is_little=walker.order == "<", fixed=fixed, texts=texts, persons=persons, fault=fault
+    )
 
 
-def _person(walker: Walker) -> tuple[str, PersonPlaces]:
+def names_fault(frame: str, joints: Collection[str], sensor: str) -> str:
+    """What is wrong with the names in a message; empty if nothing is.
+
+    Joints may be missing, and others may be there; both together is a misspelling.
+
+    Args:
+        frame: The message's frame.
+        joints: All names of joints in it.
+        sensor: The sensor.
+    """
+    expected = sensor_frame(sensor)
+    if frame not in ("", expected):
+        return f"its frame_id is '{frame}', expected '{expected}': are its joints in that frame?"
+    missing = [name for name in JOINTS if name not in joints]
+    unknown = sorted(set(joints) - set(JOINTS))
+    if missing and unknown:
+        return f"it has joints {', '.join(unknown)}, lacks {', '.join(missing)}: see their names"
+    return ""
+
+
+def _person(walker: Walker, seen: set[str]) -> tuple[str, PersonPlaces]:
     stamp_at = walker.skip(4, 2)
     walker.string()
     person = walker.string()
     names = [walker.string() for _ in range(walker.length())]
+    seen.update(names)
     positions = walker.length()
     positions_at = walker.skip(8, 3 * positions)
     states = walker.length()

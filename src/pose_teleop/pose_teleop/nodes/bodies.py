@@ -1,11 +1,8 @@
 """Topics of a person: their names, and the QoS of subscriptions and publishers."""
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from pose_node.nodes.qos import latched, reliable
 
-NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
-LATCHED = QoSProfile(
-    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
-)
+NEWEST, LATCHED = reliable(1), latched(1)
 
 
 def body_topic(body: str, name: str) -> str:

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from tf2_msgs.msg import TFMessage
 
 from pose_core.counters import Counters
@@ -13,6 +12,7 @@ from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.message_types import message_class
+from pose_node.nodes.qos import reliable
 from pose_node.nodes.running import run_node
 from pose_teleop.conversions import fill_named_poses
 from pose_teleop.frame_tree import body_places
@@ -20,7 +20,7 @@ from pose_teleop.parameters import RetargetParameters
 from pose_teleop.retargeting import SMPL, smpl_poses
 
 TOPIC = "xr_teleop/full_body"
-TF_QOS = QoSProfile(depth=20, reliability=ReliabilityPolicy.RELIABLE)
+TF_QOS = reliable(20)
 
 
 class RetargetNode(Node):

@@ -12,7 +12,7 @@ from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -21,12 +21,12 @@ from visualization_msgs.msg import MarkerArray
 
 from pose_core.parameters import specs
 from pose_core.stamps import NS_PER_S, serialized_ns
-from pose_fusion.nodes.qos import latched
-from pose_io.names import BODIES
+from pose_io.names import BODIES, skeletons_topic
 from pose_node.conversions import to_node_status
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 from pose_view.live import LiveGraph
@@ -42,7 +42,7 @@ STATUS_NS = 500_000_000  # [ns] between updates of the status lines
 FOLLOWERS = ("fusion", "fusion_kinect", "fusion_imu", "calibration")
 """The nodes with the parameter ``person``."""
 # Best effort, so that a slow viewer does not delay publishers; deep enough for bursts.
-BODY_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+BODY_QOS = sensor_data(100)
 
 
 class ViewerNode(Node):
@@ -129,7 +129,7 @@ class ViewerNode(Node):
         for sensor in self._settings.sensors:
             self._subscribe(
                 SkeletonArray,
-                f"kinect_{sensor}/skeletons",
+                skeletons_topic(sensor),
                 partial(self._on_raw, sensor),
                 qos_profile_sensor_data,
                 raw=True,

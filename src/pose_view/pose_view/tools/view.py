@@ -72,6 +72,7 @@ def compute_bodies(
     parameters: FusionParameters,
     extrinsics: Extrinsics,
     progress: Callable[[float], None],
+    note: Callable[[Sequence[str]], None] = lambda _: None,
 ) -> dict[str, list[BodySnapshot]]:
     """Run the fusion over a bag; returns snapshots by body.
 
@@ -81,6 +82,7 @@ def compute_bodies(
         parameters: Parameters of the fusion.
         extrinsics: The sensors' poses.
         progress: Called with the fraction done, 0 to 1.
+        note: Called with lines about samples that were left out.
 
     Raises:
         PoseError: If the fusion fails.
@@ -91,9 +93,11 @@ def compute_bodies(
         bodies[body] += [estimate_snapshot(estimate) for estimate in block]
 
     pipeline = PeoplePipeline(replace(parameters, **SETTINGS[kind]), show, extrinsics)
-    for each in BagFrames(bag, progress, imus=kind != "kinect", clocks=extrinsics.clocks):
+    frames = BagFrames(bag, progress, imus=kind != "kinect", clocks=extrinsics.clocks)
+    for each in frames:
         pipeline.add(each)
     pipeline.flush()
+    note(frames.left_out)
     if not bodies:
         raise PoseError(pipeline.status)
     return bodies
@@ -166,16 +170,26 @@ def read(
             print(f"without {', '.join(missing)}: {error}", file=sys.stderr)
             return recorded
         recorded.sensors = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
+        noted: dict[str, None] = {}  # lines that each computation repeats
         for body, kind in missing.items():
             people = max_people if kind == FUSED else 1
             chosen = replace(fusion, subject=body, max_people=people)
             try:
-                computed = compute_bodies(bag, kind, chosen, extrinsics, task(f"computing {body}"))
+                computed = compute_bodies(
+                    bag,
+                    kind,
+                    chosen,
+                    extrinsics,
+                    task(f"computing {body}"),
+                    lambda lines: noted.update(dict.fromkeys(lines)),
+                )
             except PoseError as error:
                 print(f"without {body}: {error}", file=sys.stderr)
                 continue
             for found, snapshots in computed.items():
                 recorded.add_body(found, snapshots)
+        for line in noted:
+            print(line, file=sys.stderr)
     return recorded
 
 
