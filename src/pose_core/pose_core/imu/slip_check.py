@@ -178,7 +178,8 @@ def _has_slipped(last: FloatArray, before: FloatArray, is_known: NDArray[np.bool
     S = best_rotation(B.sum(axis=0) + np.eye(3) / SLIP_STDDEV**2)[0]
     gains = 2.0 * (np.einsum("ij,cij->c", S, B) - np.trace(B, axis1=1, axis2=2))
     gains = gains[is_known.any(axis=1)]
-    least = LEAST_GAIN if len(gains) > 1 else 2.0 * LEAST_GAIN  # one camera errs more easily
+    # A single axis errs more easily.
+    least = LEAST_GAIN if np.count_nonzero(is_known) > 1 else 2.0 * LEAST_GAIN
     return bool(gains.sum() > least and gains.min() > LEAST_SHARE * least)
 
 
