@@ -1,9 +1,11 @@
 """``default``: the filter of :mod:`pose_core.filter`, updated with each sensor's frame."""
 
+from collections.abc import Sequence
 from math import isnan
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
@@ -145,13 +147,38 @@ class DefaultEstimator(StepwiseEstimator):
             return None
         ahead_s = max(ahead_s, 0.0)
         aligned = self._alignments.frame(imus)
+        information = self._last_information(state, ahead_s, aligned.links)
+        pose = self._published(state, information, ahead_s, aligned)
+        return TimedPose(stamp_ns=stamp_ns, pose=pose)
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """Instant of the state [ns]; None if there is none."""
+        return None if self._filter.state is None else self._stamp_ns
+
+    def interpolated(self, stamps_ns: Sequence[int]) -> list[TimedPose]:
+        """Poses at instants between the last two observations."""
+        state = self._filter.state
+        if state is None or not stamps_ns:
+            return []
+        ages_s = (self._stamp_ns - np.array(stamps_ns)) / NS_PER_S
+        information = self._last_information(state, 0.0, np.flatnonzero(state.has_imu))
+        states = self._filter.interpolated(ages_s, information, variance_scale(self._nis))
+        rows = [] if states is None else map(PublishedState._make, zip(*states, strict=True))
+        return [
+            TimedPose(stamp_ns=stamp_ns, pose=row)
+            for stamp_ns, row in zip(stamps_ns, rows, strict=False)
+        ]
+
+    def _last_information(
+        self, state: FilterState, ahead_s: float, links: NDArray[np.int64]
+    ) -> FloatArray:
+        """Information of the last updates with each source that still sends, of these links' IMUs."""
         information = self._no_information()
         if state.silent_s.min() + ahead_s < SILENT_S:
             information[0] = self._information[0]
-        if len(aligned.links):
-            information[1, aligned.links] = self._information[1, aligned.links]
-        pose = self._published(state, information, ahead_s, aligned)
-        return TimedPose(stamp_ns=stamp_ns, pose=pose)
+        information[1, links] = self._information[1, links]
+        return information
 
     def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
         """Predict the filter to an observation's instant, or start it there.

@@ -1,6 +1,7 @@
 """Interface of the estimators, live and offline."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import ClassVar
 
 from pose_core.arrays import FloatArray
@@ -94,6 +95,16 @@ class Estimator(ABC):
         """
         del stamp_ns, imus
         return None
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """Instant of the last observation [ns]; None if there is no pose to predict."""
+        return None
+
+    def interpolated(self, stamps_ns: Sequence[int]) -> list[TimedPose]:
+        """Poses at instants [ns] between the last two observations; empty if unknown."""
+        del stamps_ns
+        return []
 
     def flush(self) -> list[TimedPose]:
         """The remaining poses, after the end of the streams."""

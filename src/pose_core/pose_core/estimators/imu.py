@@ -1,5 +1,6 @@
 """``imu``: only the IMUs, after the cameras have aligned them at the start."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from pose_core.estimates.observation import Observation
@@ -33,6 +34,10 @@ class ImuEstimator(DefaultEstimator):
     def predicted(self, stamp_ns: int, imus: ImuMeasurements) -> TimedPose | None:
         """Predict the pose to a later instant; None while the filter still uses the cameras."""
         return super().predicted(stamp_ns, imus) if self._has_aligned else None
+
+    def interpolated(self, stamps_ns: Sequence[int]) -> list[TimedPose]:
+        """Poses at earlier instants; none while the filter still uses the cameras."""
+        return super().interpolated(stamps_ns) if self._has_aligned else []
 
     @property
     def _has_aligned(self) -> bool:

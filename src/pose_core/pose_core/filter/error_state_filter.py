@@ -12,10 +12,11 @@ from pose_core.body.trunk import trunk_axes
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import make_constants
 from pose_core.filter.imu import NO_IMUS, ImuFrame
+from pose_core.filter.interpolated import interpolate_published
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.published import predict_published
-from pose_core.filter.state import FilterState, start_state
+from pose_core.filter.state import FilterState, Pose, start_state
 from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS
@@ -52,12 +53,14 @@ class ErrorStateFilter:
         """None before the start, and after a result that is not finite."""
         self.delays_s = np.full(sensors, self._constants.tracker_errors.known_delay_s)
         """Estimated delay of each camera's tracker, (sensors,) [s]; a new start keeps it."""
+        self._before: tuple[float, Pose] | None = None  # interval of the last prediction [s]; pose
         self._delay_sums = np.zeros((sensors, 2))
         self._imus = NO_IMUS  # at the state's instant
         self._predict = type_specialised(predict)
         self._update_with_imus = type_specialised(update_with_imus)
         self._update_with_frame = type_specialised(update_with_frame)
         self._predict_published = type_specialised(predict_published)
+        self._interpolate_published = type_specialised(interpolate_published)
         self._undo_swaps = type_specialised(undo_swaps)
         self._compute_joints = type_specialised(compute_joints)
 
@@ -82,6 +85,7 @@ class ErrorStateFilter:
     def predict(self, dt_s: float) -> None:
         """Advance the state by ``dt_s`` [s]."""
         assert self.state is not None
+        self._before = dt_s, Pose(*(each.copy() for each in self.state.pose))
         self._predict(self._constants.motion, self.state, dt_s)
 
     def update_with_imus(self, imus: ImuFrame, information: FloatArray) -> bool:
@@ -134,18 +138,7 @@ class ErrorStateFilter:
             ahead_s: Time since the state's instant [s].
             imus: Samples of the aligned IMUs at the later instant.
         """
-        links = self.layout.links
-        published = PublishedState(
-            position=np.empty(3),
-            velocity=np.empty(3),
-            rotations=np.empty((links, 3, 3)),
-            rates=np.empty((links, 3)),
-            joints=np.empty((len(JOINTS), 3)),
-            position_variance=np.empty(3),
-            covariance=np.empty((links, 3, 3)),
-            information=information,
-            scale=np.array([scale]),
-        )
+        published = self._make_published((), information, np.array([scale]))
         self._predict_published(
             self._constants,
             state,
@@ -156,3 +149,51 @@ class ErrorStateFilter:
             published,
         )
         return published
+
+    def interpolated(
+        self, ages_s: FloatArray, information: FloatArray, scale: float
+    ) -> PublishedState | None:
+        """The published part at n instants since the state before the last prediction.
+
+        Args:
+            ages_s: How long before the state's instant, (n,) [s].
+            information: As in :meth:`published`.
+            scale: As in :meth:`published`.
+
+        Returns:
+            n rows; None without two states.
+        """
+        if self.state is None or self._before is None:
+            return None
+        interval_s, before = self._before
+        count = len(ages_s)
+        published = self._make_published(
+            (count,), np.tile(information, (count, 1, 1, 1, 1)), np.full((count, 1), scale)
+        )
+        self._interpolate_published(
+            self._constants,
+            before,
+            self.state,
+            interval_s,
+            np.clip(1.0 - ages_s / interval_s, 0.0, 1.0),
+            self._tree.parents,
+            published,
+        )
+        return published
+
+    def _make_published(
+        self, rows: tuple[int, ...], information: FloatArray, scale: FloatArray
+    ) -> PublishedState:
+        """Allocate published states."""
+        links = self.layout.links
+        return PublishedState(
+            position=np.empty((*rows, 3)),
+            velocity=np.empty((*rows, 3)),
+            rotations=np.empty((*rows, links, 3, 3)),
+            rates=np.empty((*rows, links, 3)),
+            joints=np.empty((*rows, len(JOINTS), 3)),
+            position_variance=np.empty((*rows, 3)),
+            covariance=np.empty((*rows, links, 3, 3)),
+            information=information,
+            scale=scale,
+        )

@@ -1,6 +1,6 @@
 """Second part of the pipeline: from observations to estimates, with the selected estimator."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from pose_core.body.model import BodyModel
@@ -127,6 +127,21 @@ class EstimatorRunner:
         """
         pose = None if self._estimator is None else self._estimator.predicted(stamp_ns, imus)
         if pose is not None:
+            self._add(pose, newest_ns)
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """Instant of the state from which poses are predicted [ns]; None without one."""
+        return None if self._estimator is None else self._estimator.stamp_ns
+
+    def interpolate(self, stamps_ns: Sequence[int], newest_ns: int) -> None:
+        """Add poses at instants up to :attr:`stamp_ns`; they wait for :meth:`take`.
+
+        Args:
+            stamps_ns: The instants [ns], after the observation before the last one.
+            newest_ns: Stamp of the newest sample of any source [ns].
+        """
+        for pose in [] if self._estimator is None else self._estimator.interpolated(stamps_ns):
             self._add(pose, newest_ns)
 
     def predict_one(

@@ -29,6 +29,7 @@ from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
 
 LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
+LONGEST_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
 BLOCK = 50  # [estimates] of a recording that are published together
 
 
@@ -185,7 +186,7 @@ class FusionPipeline:
         estimates = self._estimated(self._preprocessor.flush())
         newest_ns = self._preprocessor.newest_ns
         if self._grid is not None and not self._is_live:
-            self._predict_before(newest_ns + 1)
+            self._publish_before(newest_ns + 1, longest_gap_ns=0)
         self._runner.flush(newest_ns)
         return estimates + self.publish_waiting()
 
@@ -233,16 +234,31 @@ class FusionPipeline:
         estimates: list[BodyEstimate] = []
         for observation in observations:
             if self._grid is not None and not self._is_live:
-                self._predict_before(observation.stamp_ns)
+                self._publish_before(observation.stamp_ns)
             self._runner.process(observation)
             self._preprocessor.tracker_delays_ns = self._runner.tracker_delays_ns
             estimates += self.publish_waiting(least)
         return estimates
 
-    def _predict_before(self, stamp_ns: int) -> None:
+    def _publish_before(
+        self, stamp_ns: int, longest_gap_ns: int = LONGEST_INTERPOLATED_NS
+    ) -> None:
+        """Publish a recording's instants up to the last observation; in a gap, up to the next one.
+
+        Between two observations they are interpolated, in a gap predicted.
+
+        Args:
+            stamp_ns: Instant of the next observation [ns].
+            longest_gap_ns: Time between the observations up to which it is no gap [ns].
+        """
         assert self._grid is not None
-        for instant_ns in self._grid.before(stamp_ns):
-            self._predict(instant_ns)
+        last_ns = self._runner.stamp_ns
+        if last_ns is not None and stamp_ns > last_ns:
+            instants_ns = tuple(self._grid.before(last_ns + 1))
+            self._runner.interpolate(instants_ns, self._preprocessor.newest_ns)
+        if last_ns is None or stamp_ns > last_ns + longest_gap_ns:
+            for instant_ns in self._grid.before(stamp_ns):
+                self._predict(instant_ns)
 
     def _predict(self, stamp_ns: int) -> None:
         imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self._preprocessor.newest_ns

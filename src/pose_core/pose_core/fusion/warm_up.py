@@ -97,6 +97,7 @@ def run_once(
             example = block
             instants = (block.T_map_link, block.position, block.fk_joints)
             BodyFrames(model, parameters.subject).places(*instants)
+    runner.interpolate((stamp_ns - PERIOD_NS // 2,), stamp_ns)
     stamp_ns = (FRAMES + 1) * PERIOD_NS
     runner.predict(stamp_ns, stamp_ns, imus.read(stamp_ns))
     runner.flush(stamp_ns)
