@@ -9,6 +9,7 @@ from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skel
 
 from pose_core.estimates.body_estimates import Source
 from pose_core.estimators.parameters import FusionParameters
+from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
 
@@ -286,3 +287,11 @@ def test_axial_rotation_does_not_wind_up_when_arms_swing_overhead(estimator):
             # On the way down, flexion and rotation may be on the other branch for a moment:
             # smoothed, with six noises, for 0 to 10 % of the time.
             assert np.mean(error_deg(hanging, t, dof, degree.name) > 90.0) < 0.12
+
+
+def test_rates_decay_faster_with_a_single_camera():
+    tuning = FilterTuning()
+    assert tuning.for_cameras(2) is tuning
+    one = tuning.for_cameras(1)
+    assert one.motion.rate_memory == tuning.motion.one_camera_rate_memory
+    assert one == one.for_cameras(1)

@@ -72,10 +72,10 @@ class DefaultEstimator(StepwiseEstimator):
         counters: Counters,
         tuning: FilterTuning | None = None,
     ) -> None:
-        self.tuning = tuning or FilterTuning()
+        sensors = len(parameters.sensors)
+        self.tuning = (tuning or FilterTuning()).for_cameras(sensors)
         shape = with_shorter_arms(shape, self.tuning.arm_length)
         super().__init__(model, shape, parameters, counters)
-        sensors = len(parameters.sensors)
         self._filter = ErrorStateFilter(
             model, shape, sensors, self.tuning, parameters.tracker_delay
         )

@@ -1,7 +1,7 @@
 """Tuning parameters of the default filter; docs/algorithm.md describes how they were chosen."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +32,7 @@ class MotionPrior:
         }
     )
     rate_memory: float = 0.1  # [s] time constant with which rates decay
+    one_camera_rate_memory: float = 0.05  # [s] the same with a single camera
     slide_stddev: Mapping[str, float] = field(  # [m] of the joints that slide, without their side
         default_factory=lambda: {"shoulder": 0.015, "hip": 0.0089, "knee": 0.0105, "foot": 0.0105}
     )
@@ -113,3 +114,14 @@ class FilterTuning:
     imu: ImuNoise = field(default_factory=ImuNoise)
     start: StartNoise = field(default_factory=StartNoise)
     arm_length: float = 0.98  # [-] of the measured: noise lengthens bones, and flexes long arms
+
+    def for_cameras(self, cameras: int) -> "FilterTuning":
+        """The parameters for a number of cameras.
+
+        A single real tracker holds a joint back and then catches up; rates that last long carry
+        the estimate beyond it.
+        """
+        if cameras != 1:
+            return self
+        motion = replace(self.motion, rate_memory=self.motion.one_camera_rate_memory)
+        return replace(self, motion=motion)
