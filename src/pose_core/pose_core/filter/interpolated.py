@@ -67,7 +67,9 @@ def interpolate_published(
         for link in range(count):
             turn[:] = s * turns[link]
             if state.has_imu[link]:
-                follow_rates(before.rates[link], after.rates[link], turns[link], interval_s, s, turn)
+                follow_rates(
+                    before.rates[link], after.rates[link], turns[link], interval_s, s, turn
+                )
             rotate_left(turn[0], turn[1], turn[2], rotations[link])
         compute_joints(body, position, rotations, slides, levers, joints)
         out.covariance[row] = covariance

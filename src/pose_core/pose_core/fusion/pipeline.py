@@ -3,7 +3,8 @@
 Samples of the Kinects are transformed to ``map``. The first ones are used to measure the body; then
 all are passed to the estimator, with the IMUs' orientations at the same instant. An estimator that
 needs all sensors at common instants gets them aligned in time (li2020 (2)); any other gets the
-frames of the sensors one by one. The output depends only on the samples, never on a clock.
+frames of the sensors one by one. The output depends only on the samples, never on a clock. Between
+two observations it is predicted live, and interpolated for a recording.
 """
 
 from collections.abc import Callable, Iterable
@@ -240,9 +241,7 @@ class FusionPipeline:
             estimates += self.publish_waiting(least)
         return estimates
 
-    def _publish_before(
-        self, stamp_ns: int, longest_gap_ns: int = LONGEST_INTERPOLATED_NS
-    ) -> None:
+    def _publish_before(self, stamp_ns: int, longest_gap_ns: int = LONGEST_INTERPOLATED_NS) -> None:
         """Publish a recording's instants up to the last observation; in a gap, up to the next one.
 
         Between two observations they are interpolated, in a gap predicted.
