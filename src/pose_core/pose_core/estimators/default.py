@@ -173,7 +173,7 @@ class DefaultEstimator(StepwiseEstimator):
     def _last_information(
         self, state: FilterState, ahead_s: float, links: NDArray[np.int64]
     ) -> FloatArray:
-        """Information of the last updates with each source that still sends, of these links' IMUs."""
+        """Information of the last updates: cameras that still send, IMUs of these links."""
         information = self._no_information()
         if state.silent_s.min() + ahead_s < SILENT_S:
             information[0] = self._information[0]
