@@ -45,7 +45,7 @@ def interpolate_published(
         parents: Parents of the links, (links,); −1 for the root.
         out: n rows, filled, except information and scale.
     """
-    after, count, rates = state.pose, len(parents), state.pose.rates
+    after, count = state.pose, len(parents)
     turns, apart, still_s = np.empty((count, 3)), np.empty((3, 3)), np.zeros(count)
     covariance = np.empty((count, 3, 3))
     for link in range(count):
