@@ -12,6 +12,7 @@ from pose_core.body.shape import shape_of
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import make_constants
 from pose_core.filter.imu import NO_IMUS, ImuFrame, add_imus
+from pose_core.filter.interpolated import interpolate_published
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.posture import add_posture
@@ -180,6 +181,36 @@ def test_between_two_frames_a_link_rotates_as_its_gyroscope_does():
         np.testing.assert_allclose(ahead.rotations[link], expected, atol=1e-12)
     measured = [link for link in WORN if TREE.parents[link] in WORN]
     np.testing.assert_allclose(ahead.covariance[measured], now.covariance[measured], rtol=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_between_two_states_of_a_recording_links_rotate_steadily_or_by_their_imus_rates(share):
+    rng, interval_s = np.random.default_rng(18), 0.03
+    state, dof = random_state(rng, imus=WORN)
+    before = state.copy().pose
+    state.pose.rotations[:] = pose_of(dof + 0.02).rotations
+    state.has_imu[:] = np.isin(np.arange(LINKS), WORN)
+    out = PublishedState(*(np.zeros((1, *each.shape)) for each in published(state, 0.0)))
+    shares = np.array([share])
+    interpolate_published(CONSTANTS, before, state, interval_s, shares, TREE.parents, out)
+    apart = Rotation.from_matrix(state.pose.rotations @ np.swapaxes(before.rotations, 1, 2))
+    turned = Rotation.from_matrix(out.rotations[0] @ np.swapaxes(before.rotations, 1, 2))
+    worn, free = state.has_imu, ~state.has_imu
+    expected = share * apart.as_rotvec()
+    np.testing.assert_allclose(turned.as_rotvec()[free], expected[free], atol=1e-9)
+    if share in (0.0, 1.0):
+        np.testing.assert_allclose(turned.as_rotvec()[worn], expected[worn], atol=1e-9)
+    else:  # the cubic, whose slopes at both ends are the rates
+        first, second = (T * interval_s for T in (before.rates[worn], state.pose.rates[worn]))
+        whole = apart.as_rotvec()[worn]
+        second = second - 0.5 * np.cross(whole, second)
+        h = [share**3 - 2 * share**2 + share, 3 * share**2 - 2 * share**3, share**3 - share**2]
+        cubic = h[0] * first + h[1] * whole + h[2] * second
+        np.testing.assert_allclose(turned.as_rotvec()[worn], cubic, atol=1e-9)
+    if share == 1.0:
+        for name, value in published(state, 0.0)._asdict().items():
+            if name not in ("information", "scale"):
+                np.testing.assert_allclose(getattr(out, name)[0], value, atol=1e-9)
 
 
 def test_a_frame_that_shows_nothing_leaves_the_posture_alone_to_correct():
