@@ -41,6 +41,7 @@ class _Worn:
     last_ns: int | None = None
     slips: int = 0  # number of slips handled so far
     former_alignment: SensorToSegment | None = field(default=None)  # alignment before a restart
+    slipping_until_ns: int = 0  # [ns] it is known to slip before, and not used
 
 
 class ImuAlignments:
@@ -103,6 +104,9 @@ class ImuAlignments:
             state: State of the filter before the update.
         """
         for row, worn in self._worn_by(imus.segments):
+            self._slip_as_known(stamp_ns, worn, state)
+            if stamp_ns < worn.slipping_until_ns:
+                worn.slips = imus.slips.get(worn.use.segment, 0)
             if self._has_slipped(worn, imus):
                 worn.slips = imus.slips[worn.use.segment]
                 self._forget(worn, state)
@@ -157,6 +161,9 @@ class ImuAlignments:
             if worn.use.is_aligned:
                 self._check(worn, state)
                 continue
+            if stamp_ns < worn.slipping_until_ns:
+                self._exchanges = ExchangeCheck()  # its sums are of two mountings
+                continue
             first = rotation_column(worn.link)
             block = slice(first, first + 3)
             worn.alignment.observe(
@@ -187,6 +194,10 @@ class ImuAlignments:
                 known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
                 found = worn.alignment.solve(known, self._north(worn, state))
                 worn.use.is_unlike = worn.alignment.is_unlike
+                if worn.use.is_unlike and known is not None:  # it has been strapped on anew since
+                    worn.use.contradictions += 1
+                    worn.former_alignment = None
+                    self._sensor_to_segment.pop(worn.use.segment, None)
                 if found is None:
                     continue
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
@@ -221,6 +232,15 @@ class ImuAlignments:
         self._sensor_to_segment.pop(worn.use.segment, None)
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
+
+    def _slip_as_known(self, stamp_ns: int, worn: _Worn, state: FilterState) -> None:
+        """Exclude an IMU while it slips, where this is known in advance."""
+        known = self._sensor_to_segment.get(worn.use.segment)
+        if known is None or known.slip is None or stamp_ns < known.slip.begin_ns:
+            return
+        self._forget(worn, state)
+        self._sensor_to_segment[worn.use.segment] = known.slip.after
+        worn.slipping_until_ns = known.slip.end_ns
 
     def _set_aside(self, worn: _Worn, state: FilterState) -> None:
         """Exclude an IMU until it is realigned."""

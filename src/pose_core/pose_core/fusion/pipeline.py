@@ -101,6 +101,11 @@ class FusionPipeline:
         return self._runner.sensor_to_segment
 
     @property
+    def newest_ns(self) -> int:
+        """Stamp of the newest sample of any source [ns]."""
+        return self._preprocessor.newest_ns
+
+    @property
     def silent_imus(self) -> tuple[str, ...]:
         """Segments whose IMU has stopped sending while another source still sends."""
         return self.imus.silent(self._preprocessor.newest_ns)

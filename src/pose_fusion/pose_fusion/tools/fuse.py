@@ -11,6 +11,7 @@ from rich.progress import Progress, TimeRemainingColumn
 
 from pose_calibration.imus.section import load_alignments_if_any
 from pose_core.api import (
+    AlignmentHistory,
     EstimateBlock,
     Extrinsics,
     PeoplePipeline,
@@ -173,8 +174,9 @@ def fuse(
         before = first_pass(parameters) if imu_topics(bag) else None
         if before is not None:
             aligning = make_pipeline(before, extrinsics, lambda *_: None, Console(quiet=True))
-            add_all(aligning, bag, progress, "aligning the IMUs")
-            pipeline.use_sensor_to_segment(aligning.subject.sensor_to_segment)
+            history = AlignmentHistory()
+            add_all(aligning, bag, progress, "aligning the IMUs", history)
+            pipeline.use_sensor_to_segment(history.initial(aligning.subject))
         for line in add_all(pipeline, bag, progress, "fusing"):
             console.print(line)
         if not pipeline.estimates:
@@ -195,7 +197,11 @@ def fuse(
 
 
 def add_all(
-    pipeline: PeoplePipeline, bag: BagReader, progress: Progress, what: str
+    pipeline: PeoplePipeline,
+    bag: BagReader,
+    progress: Progress,
+    what: str,
+    history: AlignmentHistory | None = None,
 ) -> Sequence[str]:
     """Add all samples of a bag, with a progress bar of that name; lines about those left out."""
     task = progress.add_task(what, total=1.0)
@@ -204,6 +210,8 @@ def add_all(
     )
     for each in frames:
         pipeline.add(each)
+        if history is not None:
+            history.follow(pipeline.subject)
     pipeline.flush()
     return frames.left_out
 
