@@ -177,3 +177,20 @@ def test_samples_out_of_order_are_counted_and_cause_no_step(session):
     assert pipeline.counters["imu_samples_out_of_order"] > 100
     assert np.abs(np.diff(difference, axis=0)).max() < STEP_DEG
     assert np.abs(difference).max() < ERROR_DEG
+
+
+@pytest.mark.parametrize(
+    "parameters", [{"use_imus": False}, {"estimator": "joint_kf"}], ids=["default", "joint_kf"]
+)
+def test_unused_imus_do_not_keep_the_output_alive(parameters, session):
+    *_, skeletons, imus = session
+    seen = [s for s in skeletons if not is_disturbed(s)]
+    alone = fused(FusionPipeline(FusionParameters(**parameters), extrinsics()), seen)
+    samples = arriving([*seen, *imus], lambda _: 0)
+    pipeline = FusionPipeline(FusionParameters(**parameters), extrinsics())
+    estimates = fused(pipeline, samples)
+    assert [e.stamp_ns for e in estimates] == [e.stamp_ns for e in alone]
+    np.testing.assert_array_equal(
+        [e.position for e in estimates], [e.position for e in alone], strict=True
+    )
+    assert sorted(use.segment for use in pipeline.imu_uses) == sorted(IMU_SEGMENTS)

@@ -161,7 +161,13 @@ def fuse(
     if out_bag.exists():
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
-    extrinsics = find_extrinsics(bag, parameters.sensors, console, parameters.extrinsics_file)
+    extrinsics = find_extrinsics(
+        bag,
+        parameters.sensors,
+        console,
+        parameters.extrinsics_file,
+        imus=parameters.use_imus,
+    )
     with (
         BagWriter(out_bag, storage) as writer,
         progress_bar(console, TimeRemainingColumn()) as progress,
@@ -206,7 +212,10 @@ def add_all(
     """Add all samples of a bag, with a progress bar of that name; lines about those left out."""
     task = progress.add_task(what, total=1.0)
     frames = BagFrames(
-        bag, lambda share: progress.update(task, completed=share), clocks=pipeline.clocks
+        bag,
+        lambda share: progress.update(task, completed=share),
+        imus=pipeline.parameters.use_imus,
+        clocks=pipeline.clocks,
     )
     for each in frames:
         pipeline.add(each)
@@ -275,6 +284,7 @@ def run() -> int | None:
         pipeline = fuse(
             bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
         )
+        unread = () if parameters.use_imus else imu_topics(bag)
     print(
         f"{arguments.out_bag}: {sum(pipeline.estimates.values())} estimates from "
         f"{pipeline.skeletons} skeletons and {pipeline.imu_samples} IMU samples"
@@ -283,6 +293,8 @@ def run() -> int | None:
         print(line)
     for line in fault_lines(pipeline.subject.counters.as_dict()):
         print(line)
+    for segment in unread:
+        print(f"  IMU {segment}: not used, use_imus is false: set it to true")
     for use in pipeline.subject.imu_uses:
         print(f"  IMU {use}")
     return None
