@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from pose_calibration.files.extrinsics_file import load_extrinsics_of
+from pose_calibration.files.extrinsics_file import load_extrinsics, load_extrinsics_of
 from pose_calibration.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import Extrinsics, extrinsics_from_map
@@ -18,8 +18,10 @@ from pose_io.clock_messages import read_clocks
 from pose_io.topics import sensor_topics
 
 
-def checked_sensors(bag: BagReader, wanted: Sequence[str] = ()) -> tuple[str, ...]:
-    """The wanted sensors, or all of the bag's if none is named.
+def checked_sensors(
+    bag: BagReader, wanted: Sequence[str] = (), extrinsics_file: str = ""
+) -> tuple[str, ...]:
+    """The wanted sensors, or all of the bag's if none is named, in the order of the file.
 
     Raises:
         InputError: If the bag holds no skeletons, or none of a wanted sensor.
@@ -33,6 +35,9 @@ def checked_sensors(bag: BagReader, wanted: Sequence[str] = ()) -> tuple[str, ..
             f"{bag.path} holds no skeletons of {', '.join(missing)}: it has {', '.join(found)}; "
             "name them with --sensors"
         )
+    if extrinsics_file and not wanted:
+        in_file = load_extrinsics(Path(extrinsics_file)).sensors
+        return in_file if set(in_file) == set(found) else found
     return tuple(wanted) or found
 
 

@@ -30,7 +30,7 @@ class ImuUse:
         if self.refused:
             return self.refused
         if not self.is_known:
-            return "the body model has no link for this segment: name another segment"
+            return "the body model has no link for this segment: wear it on, or name, another one"
         if self.exchanged_with:
             there = self.exchanged_with
             return (

@@ -75,7 +75,7 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionNode
         values["estimator"] = "smoothed"
     parameters = from_mapping(FusionNodeParameters, values)
     wanted = parameters.sensors if "sensors" in values else ()
-    return replace(parameters, sensors=checked_sensors(bag, wanted))
+    return replace(parameters, sensors=checked_sensors(bag, wanted, parameters.extrinsics_file))
 
 
 class EstimateWriter:
