@@ -61,12 +61,15 @@ class ImuAlignments:
         self._worn: dict[str, _Worn] = {}
         self._known: dict[tuple[str, ...], list[tuple[int, _Worn]]] = {}  # see _worn_by
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
+        self._instants = 0
         self._observed_ns: int | None = None
         self._solved_ns: int | None = None
 
     @property
     def uses(self) -> tuple[ImuUse, ...]:
         """State of each IMU with samples, sorted by segment."""
+        for worn in self._worn.values():
+            worn.use.instants = self._instants
         return tuple(self._worn[name].use for name in sorted(self._worn))
 
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
@@ -103,6 +106,7 @@ class ImuAlignments:
             imus: Measurements of all IMUs.
             state: State of the filter before the update.
         """
+        self._instants += 1
         for row, worn in self._worn_by(imus.segments):
             self._slip_as_known(stamp_ns, worn, state)
             if stamp_ns < worn.slipping_until_ns:
@@ -110,7 +114,6 @@ class ImuAlignments:
             if self._has_slipped(worn, imus):
                 worn.slips = imus.slips[worn.use.segment]
                 self._forget(worn, state)
-            worn.use.instants += 1
             worn.use.used += worn.use.is_aligned
             worn.knows_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns

@@ -91,8 +91,11 @@ class FusionPipeline:
         for name in self.imus.segments:
             use = uses.setdefault(name, self._unused(name))
             fault = self.imus.rate_faults.get(name)
-            instead = "; the orientation's change is used"
-            use.remark = f"its angular velocity {fault}{instead}" if fault else ""
+            instead = "the orientation's change is used"
+            rate = f"its angular velocity {fault}; {instead}" if fault else ""
+            span_ns = self._preprocessor.first_ns, self.newest_ns
+            silence = "" if use.refused else self.imus.silence(name, *span_ns)
+            use.remark = "; ".join(filter(None, (rate, silence)))
         return tuple(uses[name] for name in sorted(self.imus.segments))
 
     @property

@@ -126,6 +126,11 @@ class Preprocessor:
         return self._frames.newest_ns
 
     @property
+    def first_ns(self) -> int:
+        """Stamp of the first sample of any source [ns]."""
+        return self._frames.first_ns
+
+    @property
     def holds_frames(self) -> bool:
         """Whether a frame waits for an earlier frame of another sensor."""
         return self._frames.holds_frames
