@@ -210,9 +210,7 @@ def test_unused_imus_do_not_keep_the_output_alive(parameters, session):
 def test_an_imu_that_falls_silent_is_named(is_heard, text, session):
     *_, skeletons, imus = session
     heard = [
-        s
-        for s in imus
-        if s.segment != "left_shank" or is_heard((s.stamp_ns - START_NS) * 1e-9)
+        s for s in imus if s.segment != "left_shank" or is_heard((s.stamp_ns - START_NS) * 1e-9)
     ]
     pipeline, _ = run(arriving([*skeletons, *heard], lambda _: 0))
     uses = {use.segment: use for use in pipeline.imu_uses}

@@ -64,7 +64,9 @@ def test_the_alignment_of_before_a_slip_holds_until_it(angle_deg, after, slip_s)
     alignment = found(angle_deg)
     assert degrees(alignment) == pytest.approx(0.1, abs=0.1)
     assert degrees(alignment.slip.after) == pytest.approx(after, abs=1.0)
-    begin_s, end_s = ((ns - 10**18) * 1e-9 for ns in (alignment.slip.begin_ns, alignment.slip.end_ns))
+    begin_s, end_s = (
+        (ns - 10**18) * 1e-9 for ns in (alignment.slip.begin_ns, alignment.slip.end_ns)
+    )
     assert begin_s < slip_s < end_s < begin_s + 16.0
 
 

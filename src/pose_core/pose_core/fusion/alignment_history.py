@@ -72,7 +72,9 @@ class AlignmentHistory:
         if own is None or own.seen_ns is None:
             return final
         begin_ns = own.recent[-1][0] - SHOWS_NS
-        return replace(own.recent[0][1], slip=Slip(begin_ns=begin_ns, end_ns=own.seen_ns, after=final))
+        return replace(
+            own.recent[0][1], slip=Slip(begin_ns=begin_ns, end_ns=own.seen_ns, after=final)
+        )
 
 
 def _differ(reference: SensorToSegment, alignment: SensorToSegment) -> bool:
