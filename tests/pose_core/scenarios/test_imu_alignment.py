@@ -148,8 +148,16 @@ def test_a_tracker_delay_of_60_ms_is_estimated_within_15_ms(session):
 
 
 def test_the_delay_of_undelayed_trackers_is_estimated_as_zero(with_imus):
-    delays = with_imus[0]._runner._estimator._filter.delays_s
-    np.testing.assert_allclose(delays, 0.0, atol=0.015)
+    delays = with_imus[0].tracker_delays_s
+    assert list(delays) == ["left", "right"]
+    for delay_s, stddev_s in delays.values():
+        assert abs(delay_s) < 2.0 * stddev_s < 0.03
+
+
+def test_without_imus_a_delay_is_not_known(session):
+    _, _, skeletons, _ = session
+    pipeline, _ = run(skeletons[:600])
+    assert all(stddev_s > 0.03 for _, stddev_s in pipeline.tracker_delays_s.values())
 
 
 def test_coinciding_joints_do_not_disturb_the_alignment(session):

@@ -6,7 +6,7 @@ needs all sensors at common instants gets them aligned in time (li2020 (2)); any
 frames of the sensors one by one. The output depends only on the samples, never on a clock.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
@@ -23,6 +23,7 @@ from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.extrinsics import Extrinsics
+from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import Clocks, reference_delay_s
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
@@ -102,6 +103,13 @@ class FusionPipeline:
     def sensor_to_segment(self) -> SensorsToSegments:
         """Sensor-to-segment rotations of the aligned IMUs."""
         return self._runner.sensor_to_segment
+
+    @property
+    def tracker_delays_s(self) -> Mapping[str, tuple[float, float]]:
+        """Delay of each sensor's tracker, estimated with IMUs, and its standard deviation [s]."""
+        delays_ns = self._runner.tracker_delays_ns
+        stddevs_s = self._runner.tracker_delay_stddev_s
+        return {name: (delays_ns[name] / NS_PER_S, each) for name, each in stddevs_s.items()}
 
     @property
     def newest_ns(self) -> int:

@@ -45,6 +45,8 @@ from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
 from pose_node.plain_console import progress_bar
 
+UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
+
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Read the command line."""
@@ -261,6 +263,16 @@ def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
         )
 
 
+def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
+    """How late each camera's tracker is; nothing without IMUs."""
+    delays_s = pipeline.subject.tracker_delays_s if pipeline.imu_samples else {}
+    for sensor, (delay_s, stddev_s) in delays_s.items():
+        if stddev_s < UNKNOWN_DELAY_S:
+            yield f"  tracker of {sensor}: delay {1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f} ms"
+        else:
+            yield f"  tracker of {sensor}: delay not known, too little motion with IMUs at the end"
+
+
 def run() -> int | None:
     """The tool; returns the exit status."""
     arguments = parse_arguments()
@@ -292,6 +304,8 @@ def run() -> int | None:
     for line in people_lines(pipeline):
         print(line)
     for line in fault_lines(pipeline.subject.counters.as_dict()):
+        print(line)
+    for line in delay_lines(pipeline):
         print(line)
     for segment in unread:
         print(f"  IMU {segment}: not used, use_imus is false: set it to true")
