@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pose_core.filter.imu_alignments import SYSTEMATIC_STDDEV
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment, Slip
 from pose_core.kernels.rotations import logarithm
@@ -20,7 +19,9 @@ from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = NS_PER_S  # [ns] between two estimates that are compared
 SHOWS_NS = 10 * NS_PER_S  # [ns] within which a slip shows, and the first estimates settle
-MOST_SIGMAS = 3.0  # [-] by which estimates of the same mounting differ
+STDDEV = np.radians([3.3, 3.3, 6.0])
+"""[rad] of an estimate about the segment's axes, in addition to its own; turns settle slowly."""
+MOST_SIGMAS = 3.5  # [-] by which estimates of the same mounting differ
 
 
 @dataclass(kw_only=True)
@@ -80,5 +81,5 @@ class AlignmentHistory:
 def _differ(reference: SensorToSegment, alignment: SensorToSegment) -> bool:
     turned = np.empty(3)
     logarithm(reference.R_sensor_segment.T @ alignment.R_sensor_segment, turned)
-    variance = reference.stddev**2 + SYSTEMATIC_STDDEV[:3] ** 2
+    variance = reference.stddev**2 + STDDEV**2
     return bool(np.sum(turned**2 / variance) > MOST_SIGMAS**2)
