@@ -25,6 +25,7 @@ from pose_core.api import (
     SkeletonSample,
     extrinsics_from_map,
     first_pass,
+    initial_alignments,
 )
 from pose_core.errors import PoseError
 from pose_core.estimators.default import DefaultEstimator
@@ -204,9 +205,7 @@ def run_method(
         if not isinstance(each, ImuSample) or not method.segments or each.segment in method.segments
     ]
     if before is not None:
-        aligning = FusionPipeline(before, extrinsics)
-        run_pipeline(aligning, samples)
-        pipeline.use_sensor_to_segment(aligning.sensor_to_segment)
+        pipeline.use_sensor_to_segment(initial_alignments(samples, extrinsics, before))
     return run_pipeline(pipeline, samples), pipeline
 
 

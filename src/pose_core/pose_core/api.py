@@ -40,7 +40,13 @@ from pose_core.estimators import ESTIMATORS
 from pose_core.estimators.estimator import Estimator, StepwiseEstimator
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.registry import body_model_of, estimator_class
-from pose_core.fusion.offline import first_pass, fuse, series_of_estimates
+from pose_core.fusion.alignment_history import AlignmentHistory
+from pose_core.fusion.offline import (
+    first_pass,
+    fuse,
+    initial_alignments,
+    series_of_estimates,
+)
 from pose_core.fusion.output_grid import has_output_rate
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.fusion.warm_up import warm_up
@@ -89,6 +95,7 @@ PoseEstimate = BodyEstimate
 """Short names for notebooks; in nodes they would shadow the messages of the same names."""
 
 __all__ = [
+    "AlignmentHistory",
     "ABDUCTION_OF",
     "ANGLES",
     "AlignedFrame",
@@ -160,6 +167,7 @@ __all__ = [
     "extrinsics_from_map",
     "has_output_rate",
     "first_pass",
+    "initial_alignments",
     "fuse",
     "in_order",
     "inverse",

@@ -1,7 +1,7 @@
 """Runs estimators over one recording's raw streams, all in one pass."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,6 +46,7 @@ class MethodRun:
 
     series: SkeletonSeries  # joints in map
     estimates: EstimateSeries  # its degrees of freedom
+    imus: tuple[str, ...] = ()  # lines about IMUs that are not used, silent or wrong
 
 
 def known_setups(*, has_imus: bool) -> tuple[MethodSetup, ...]:
@@ -103,7 +104,14 @@ def run_methods(
             estimates[name] += pipeline.add(sample)
     for name, pipeline in pipelines.items():
         estimates[name] += pipeline.flush()
-    return {name: run_of_estimates(each) for name, each in estimates.items()}
+    return {
+        name: replace(run_of_estimates(each), imus=_imu_lines(pipelines[name]))
+        for name, each in estimates.items()
+    }
+
+
+def _imu_lines(pipeline: FusionPipeline) -> tuple[str, ...]:
+    return tuple(f"IMU {use}" for use in pipeline.imu_uses if use.reason or use.remark)
 
 
 def run_pipeline(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from pose_calibration.files.extrinsics_file import load_extrinsics_of
+from pose_calibration.files.extrinsics_file import load_extrinsics, load_extrinsics_of
 from pose_calibration.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import Extrinsics, extrinsics_from_map
@@ -18,8 +18,10 @@ from pose_io.clock_messages import read_clocks
 from pose_io.topics import sensor_topics
 
 
-def checked_sensors(bag: BagReader, wanted: Sequence[str] = ()) -> tuple[str, ...]:
-    """The wanted sensors, or all of the bag's if none is named.
+def checked_sensors(
+    bag: BagReader, wanted: Sequence[str] = (), extrinsics_file: str = ""
+) -> tuple[str, ...]:
+    """The wanted sensors, or all of the bag's if none is named, in the order of the file.
 
     Raises:
         InputError: If the bag holds no skeletons, or none of a wanted sensor.
@@ -33,6 +35,9 @@ def checked_sensors(bag: BagReader, wanted: Sequence[str] = ()) -> tuple[str, ..
             f"{bag.path} holds no skeletons of {', '.join(missing)}: it has {', '.join(found)}; "
             "name them with --sensors"
         )
+    if extrinsics_file and not wanted:
+        in_file = load_extrinsics(Path(extrinsics_file)).sensors
+        return in_file if set(in_file) == set(found) else found
     return tuple(wanted) or found
 
 
@@ -46,11 +51,17 @@ def recorded_extrinsics(bag: BagReader, sensors: Sequence[str]) -> Extrinsics | 
 
 
 def find_extrinsics(
-    bag: BagReader, sensors: tuple[str, ...], console: Console, extrinsics_file: str = ""
+    bag: BagReader,
+    sensors: tuple[str, ...],
+    console: Console,
+    extrinsics_file: str = "",
+    *,
+    imus: bool = True,
 ) -> Extrinsics:
     """Extrinsics from the file, else from the bag's transforms, else from its motion.
 
-    What the first two lack, clocks and body measures, comes from the motion, too.
+    What the first two lack, clocks and body measures, comes from the motion, too. The vertical
+    comes from IMUs, too, unless they are not to be used.
     """
     known: Extrinsics | None
     if extrinsics_file:
@@ -60,20 +71,22 @@ def find_extrinsics(
         known = recorded_extrinsics(bag, sensors)
         if known is None:
             console.print("extrinsics: none in the bag, estimating them from its motion")
-            session = calibrate_people(BagFrames(bag), sensors)
+            session = calibrate_people(BagFrames(bag, imus=imus), sensors)
             for line in filter(None, (session.people_line, *extrinsics_lines(session.extrinsics))):
                 console.print(line, soft_wrap=True)
             return session.extrinsics
         console.print("extrinsics: from the bag's /tf_static")
-    return _complete_from_motion(bag, known, console)
+    return _complete_from_motion(bag, known, console, imus=imus)
 
 
-def _complete_from_motion(bag: BagReader, known: Extrinsics, console: Console) -> Extrinsics:
+def _complete_from_motion(
+    bag: BagReader, known: Extrinsics, console: Console, *, imus: bool
+) -> Extrinsics:
     """Add what known extrinsics lack, and say which clocks are used."""
     found = known
     if not known.clocks or known.body is None:
         try:
-            found = complete(BagFrames(bag), known)
+            found = complete(BagFrames(bag, imus=imus), known)
         except CalibrationError as error:
             console.print(f"clocks and body measures: not estimated from the motion ({error})")
     if found.clocks:

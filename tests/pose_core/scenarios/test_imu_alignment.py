@@ -11,6 +11,7 @@ from worn_imus import EVERY_SEGMENT, START_NS, imu_samples, merged, truth_at
 
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.imu.sensor_to_segment import Slip
 from pose_core.joints import JOINT_INDEX
 from pose_core.streams.samples import ImuSample
 
@@ -147,8 +148,16 @@ def test_a_tracker_delay_of_60_ms_is_estimated_within_15_ms(session):
 
 
 def test_the_delay_of_undelayed_trackers_is_estimated_as_zero(with_imus):
-    delays = with_imus[0]._runner._estimator._filter.delays_s
-    np.testing.assert_allclose(delays, 0.0, atol=0.015)
+    delays = with_imus[0].tracker_delays_s
+    assert list(delays) == ["left", "right"]
+    for delay_s, stddev_s in delays.values():
+        assert abs(delay_s) < 2.0 * stddev_s < 0.03
+
+
+def test_without_imus_a_delay_is_not_known(session):
+    _, _, skeletons, _ = session
+    pipeline, _ = run(skeletons[:600])
+    assert all(stddev_s > 0.03 for _, stddev_s in pipeline.tracker_delays_s.values())
 
 
 def test_coinciding_joints_do_not_disturb_the_alignment(session):
@@ -206,6 +215,47 @@ def test_a_slipped_imu_does_not_keep_its_calibrated_alignment(session, rotvec, d
     )
     angle = np.degrees((before.inv() * after).magnitude())
     assert angle == pytest.approx(np.degrees(np.linalg.norm(rotvec)), abs=15.0)
+
+
+def test_a_slip_that_is_known_in_advance_costs_only_its_own_time(session):
+    """As of a recording that is read for the second time."""
+    _, _, skeletons, imus = session
+    reference, _ = run(merged(skeletons, imus))
+    before = reference.sensor_to_segment["left_shank"]
+    rotvec = np.array([0.0, 0.52, 0.0])
+    turned = Rotation.from_rotvec(-rotvec).as_matrix() @ before.R_sensor_segment
+    slip_ns = START_NS + round(14e9)
+    slip = Slip(
+        begin_ns=slip_ns - 1000 * MS,
+        end_ns=slip_ns + 1000 * MS,
+        after=replace(before, R_sensor_segment=turned),
+    )
+    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    pipeline.use_sensor_to_segment({"left_shank": replace(before, slip=slip)})
+    samples = merged(skeletons, slipped(imus, "left_shank", slip_ns, rotvec, 0.3))
+    used = {}
+    for sample in samples:
+        pipeline.add(sample)
+        used[(sample.stamp_ns - slip_ns) // (500 * MS)] = "left_shank" in pipeline.sensor_to_segment
+    assert not any(used[half] for half in range(-1, 2))
+    assert all(is_used for half, is_used in used.items() if half > 6)
+    assert uses_of(pipeline)["left_shank"].contradictions == 1
+    found = pipeline.sensor_to_segment["left_shank"].R_sensor_segment
+    assert Rotation.from_matrix(turned.T @ found).magnitude() < np.radians(6.0)
+
+
+def test_a_calibrated_alignment_of_another_time_is_replaced(session):
+    """The IMU has been strapped on anew since the calibration."""
+    _, _, skeletons, imus = session
+    reference, _ = run(merged(skeletons, imus))
+    true = reference.sensor_to_segment["left_shank"]
+    turned = true.R_sensor_segment @ Rotation.from_rotvec([1.2, 0.0, 0.0]).as_matrix()
+    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    pipeline.use_sensor_to_segment({"left_shank": replace(true, R_sensor_segment=turned)})
+    fused(pipeline, merged(skeletons, imus))
+    assert uses_of(pipeline)["left_shank"].contradictions >= 1
+    found = pipeline.sensor_to_segment["left_shank"].R_sensor_segment
+    assert Rotation.from_matrix(true.R_sensor_segment.T @ found).magnitude() < np.radians(10.0)
 
 
 def test_imus_that_exchange_their_names_are_rejected_at_once(session):

@@ -177,3 +177,43 @@ def test_samples_out_of_order_are_counted_and_cause_no_step(session):
     assert pipeline.counters["imu_samples_out_of_order"] > 100
     assert np.abs(np.diff(difference, axis=0)).max() < STEP_DEG
     assert np.abs(difference).max() < ERROR_DEG
+
+
+@pytest.mark.parametrize(
+    "parameters", [{"use_imus": False}, {"estimator": "joint_kf"}], ids=["default", "joint_kf"]
+)
+def test_unused_imus_do_not_keep_the_output_alive(parameters, session):
+    *_, skeletons, imus = session
+    seen = [s for s in skeletons if not is_disturbed(s)]
+    alone = fused(FusionPipeline(FusionParameters(**parameters), extrinsics()), seen)
+    samples = arriving([*seen, *imus], lambda _: 0)
+    pipeline = FusionPipeline(FusionParameters(**parameters), extrinsics())
+    estimates = fused(pipeline, samples)
+    assert [e.stamp_ns for e in estimates] == [e.stamp_ns for e in alone]
+    np.testing.assert_array_equal(
+        [e.position for e in estimates], [e.position for e in alone], strict=True
+    )
+    assert sorted(use.segment for use in pipeline.imu_uses) == sorted(IMU_SEGMENTS)
+
+
+@pytest.mark.parametrize(
+    ("is_heard", "text"),
+    [
+        (lambda time: time < 15.0, "; silent from 15.0 s on"),
+        (lambda time: time > 12.0, "; silent from 0.0 to 12.0 s"),
+        (lambda time: not 9.0 < time < 11.0, "; silent from 9.0 to 11.0 s"),
+        (lambda time: time % 3.0 < 1.5, "; silent 8 times, the last from 22.5 to 24.0 s"),
+        (lambda time: not 9.0 < time < 9.5, ""),
+    ],
+    ids=["end", "start", "middle", "often", "short"],
+)
+def test_an_imu_that_falls_silent_is_named(is_heard, text, session):
+    *_, skeletons, imus = session
+    heard = [
+        s for s in imus if s.segment != "left_shank" or is_heard((s.stamp_ns - START_NS) * 1e-9)
+    ]
+    pipeline, _ = run(arriving([*skeletons, *heard], lambda _: 0))
+    uses = {use.segment: use for use in pipeline.imu_uses}
+    assert str(uses["left_shank"]).partition("; silent")[1:] == text.partition("; silent")[1:]
+    assert not any("silent" in str(use) for name, use in uses.items() if name != "left_shank")
+    assert uses["left_shank"].instants == uses["torso"].instants

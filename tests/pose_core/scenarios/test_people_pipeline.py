@@ -102,6 +102,23 @@ def test_imus_while_a_returning_person_is_held_back_make_no_frame_late(is_live):
     assert starts["filter_restarts_gap"] <= 1  # that of the absence
 
 
+def test_imus_while_a_person_who_jumped_is_held_back_make_no_frame_late():
+    """Until it is certain that it is the same person, the one before the jump is still known."""
+    pipeline = PeoplePipeline(FusionParameters(output_rate=0.0), lambda *_: None, PLACED)
+    shown = frames_of(TWO[:1], 8.0, ids=lambda *seen: "1" if seen[-1] < 5.0 else "2")
+    frames = {persons[0].stamp_ns: persons for persons, _ in shown}
+    jump_ns = min(frames) + 5 * NS_PER_S
+    imus_ns = range(min(frames), max(frames), NS_PER_S // 50)
+    for stamp_ns in sorted({*frames, *imus_ns}):
+        frame = frames.get(stamp_ns)
+        if frame is not None and stamp_ns > jump_ns:
+            frame = [replace(each, positions=each.positions + [0.8, 0.0, 0.0]) for each in frame]
+        pipeline.add(frame or imu_at(stamp_ns))
+    pipeline.flush()
+    assert pipeline.people_counts["returned"] == 1
+    assert pipeline.subject.counters["frames_too_late"] == 0
+
+
 def imu_at(stamp_ns):
     return ImuSample(
         stamp_ns=stamp_ns,

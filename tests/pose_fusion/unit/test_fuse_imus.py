@@ -31,7 +31,9 @@ def bag(tmp_path_factory):
 def test_fuse_prints_one_line_for_each_imu(bag, tmp_path, monkeypatch, capsys, arguments, reason):
     monkeypatch.setattr(sys, "argv", ["fuse", str(bag), str(tmp_path / "out"), *arguments])
     fuse.run()
-    lines = [line.split() for line in capsys.readouterr().out.splitlines() if "IMU " in line]
+    printed = capsys.readouterr().out.splitlines()
+    assert sum("tracker of " in line for line in printed) == (0 if arguments else 2)
+    lines = [line.split() for line in printed if "IMU " in line]
     told = {words[1].rstrip(":"): " ".join(words[2:]) for words in lines if words[0] == "IMU"}
     assert sorted(told) == sorted(IMU_SEGMENTS)
     assert reason in told[LIES]

@@ -99,6 +99,11 @@ class DefaultEstimator(StepwiseEstimator):
         return self._filter.delays_s
 
     @property
+    def tracker_delay_stddev_s(self) -> FloatArray | None:
+        """Standard deviation of each delay, (sensors,) [s]."""
+        return self._filter.delay_stddev_s
+
+    @property
     def sensor_to_segment(self) -> SensorsToSegments:
         """Sensor-to-segment rotations of the aligned IMUs, as estimated by the filter."""
         state = self._filter.state

@@ -78,6 +78,11 @@ class Estimator(ABC):
         return None
 
     @property
+    def tracker_delay_stddev_s(self) -> FloatArray | None:
+        """Standard deviation of each delay, (sensors,) [s]; None if they are not estimated."""
+        return None
+
+    @property
     def sensor_to_segment(self) -> SensorsToSegments:
         """Sensor-to-segment rotations of the aligned IMUs; empty if the estimator uses none."""
         return {}

@@ -25,6 +25,8 @@ from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.left_right_swaps import undo_swaps
 from pose_core.kernels.published_state import PublishedState
 
+DELAY_SCALE = 0.2  # [m] deviation of a delay, times the root of the squared speeds; as measured
+
 
 class ErrorStateFilter:
     """Predict, then update with IMUs, then with each camera's frame.
@@ -63,6 +65,12 @@ class ErrorStateFilter:
         self._interpolate_published = type_specialised(interpolate_published)
         self._undo_swaps = type_specialised(undo_swaps)
         self._compute_joints = type_specialised(compute_joints)
+
+    @property
+    def delay_stddev_s(self) -> FloatArray:
+        """Standard deviation of each tracker's delay, (sensors,) [s], by the last seconds."""
+        prior = self._constants.tracker_errors.delay_prior
+        return np.asarray(DELAY_SCALE / np.sqrt(self._delay_sums[:, 0] + prior))
 
     def start(self, joints: FloatArray) -> bool:
         """Start at rest at measured joints, (15, 3) [m]; False if the trunk is not visible."""

@@ -41,6 +41,7 @@ class _Worn:
     last_ns: int | None = None
     slips: int = 0  # number of slips handled so far
     former_alignment: SensorToSegment | None = field(default=None)  # alignment before a restart
+    slipping_until_ns: int = 0  # [ns] it is known to slip before, and not used
 
 
 class ImuAlignments:
@@ -60,12 +61,15 @@ class ImuAlignments:
         self._worn: dict[str, _Worn] = {}
         self._known: dict[tuple[str, ...], list[tuple[int, _Worn]]] = {}  # see _worn_by
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
+        self._instants = 0
         self._observed_ns: int | None = None
         self._solved_ns: int | None = None
 
     @property
     def uses(self) -> tuple[ImuUse, ...]:
         """State of each IMU with samples, sorted by segment."""
+        for worn in self._worn.values():
+            worn.use.instants = self._instants
         return tuple(self._worn[name].use for name in sorted(self._worn))
 
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
@@ -102,11 +106,14 @@ class ImuAlignments:
             imus: Measurements of all IMUs.
             state: State of the filter before the update.
         """
+        self._instants += 1
         for row, worn in self._worn_by(imus.segments):
+            self._slip_as_known(stamp_ns, worn, state)
+            if stamp_ns < worn.slipping_until_ns:
+                worn.slips = imus.slips.get(worn.use.segment, 0)
             if self._has_slipped(worn, imus):
                 worn.slips = imus.slips[worn.use.segment]
                 self._forget(worn, state)
-            worn.use.instants += 1
             worn.use.used += worn.use.is_aligned
             worn.knows_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
@@ -159,6 +166,9 @@ class ImuAlignments:
             if worn.use.is_aligned:
                 self._check(worn, state)
                 continue
+            if stamp_ns < worn.slipping_until_ns:
+                self._exchanges = ExchangeCheck()  # its sums are of two mountings
+                continue
             first = rotation_column(worn.link)
             block = slice(first, first + 3)
             worn.alignment.observe(
@@ -189,6 +199,10 @@ class ImuAlignments:
                 known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
                 found = worn.alignment.solve(known, self._north(worn, state))
                 worn.use.is_unlike = worn.alignment.is_unlike
+                if worn.use.is_unlike and known is not None:  # it has been strapped on anew since
+                    worn.use.contradictions += 1
+                    worn.former_alignment = None
+                    self._sensor_to_segment.pop(worn.use.segment, None)
                 if found is None:
                     continue
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
@@ -223,6 +237,15 @@ class ImuAlignments:
         self._sensor_to_segment.pop(worn.use.segment, None)
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
+
+    def _slip_as_known(self, stamp_ns: int, worn: _Worn, state: FilterState) -> None:
+        """Exclude an IMU while it slips, where this is known in advance."""
+        known = self._sensor_to_segment.get(worn.use.segment)
+        if known is None or known.slip is None or stamp_ns < known.slip.begin_ns:
+            return
+        self._forget(worn, state)
+        self._sensor_to_segment[worn.use.segment] = known.slip.after
+        worn.slipping_until_ns = known.slip.end_ns
 
     def _set_aside(self, worn: _Worn, state: FilterState) -> None:
         """Exclude an IMU until it is realigned."""

@@ -108,6 +108,16 @@ class EstimatorRunner:
         }
 
     @property
+    def tracker_delay_stddev_s(self) -> dict[str, float]:
+        """Standard deviation of each tracker's delay [s]; empty if they are not estimated."""
+        stddev_s = None if self._estimator is None else self._estimator.tracker_delay_stddev_s
+        return (
+            {}
+            if stddev_s is None
+            else dict(zip(self._parameters.sensors, stddev_s.tolist(), strict=True))
+        )
+
+    @property
     def uses_imus(self) -> bool:
         """Whether there is an estimator, and it takes IMUs' samples."""
         return self._estimator is not None and self._estimator.USES_IMUS

@@ -73,6 +73,8 @@ class FrameQueue:
         self._camera_lag = CameraLag()
         self.ready: deque[AlignedFrame] = deque()
         """Frames to be estimated now."""
+        self.first_ns = 0
+        """Stamp of the first sample of any source [ns]."""
         self.newest_ns = 0
         """Stamp of the newest sample of any source [ns]."""
 
@@ -132,5 +134,6 @@ class FrameQueue:
         self.ready.append(frame)
 
     def _update_newest(self, stamp_ns: int) -> None:
+        self.first_ns = self.first_ns or stamp_ns
         is_set_back = stamp_ns < self.newest_ns - JUMP_BACK_NS  # a recording that loops
         self.newest_ns = stamp_ns if is_set_back else max(self.newest_ns, stamp_ns)

@@ -7,7 +7,9 @@ from typing import TypeVar
 from pose_core.estimates.body_estimates import BodyEstimate
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.registry import estimator_class
+from pose_core.fusion.alignment_history import AlignmentHistory
 from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
 from pose_core.streams.recording_order import in_order
@@ -33,10 +35,8 @@ def fuse(
     pipeline = FusionPipeline(parameters, extrinsics)
     before = first_pass(parameters)
     if before is not None:
-        samples, aligning = list(samples), FusionPipeline(before, extrinsics)
-        for sample in in_order(samples, extrinsics.clocks):
-            aligning.add(sample)
-        pipeline.use_sensor_to_segment(aligning.sensor_to_segment)
+        samples = list(samples)
+        pipeline.use_sensor_to_segment(initial_alignments(samples, extrinsics, before))
     estimates = [
         estimate
         for sample in in_order(samples, extrinsics.clocks)
@@ -52,11 +52,24 @@ def first_pass(parameters: Parameters) -> Parameters | None:
     """Parameters of a first pass over a recording; None if one pass suffices.
 
     An estimator that uses later samples begins with the sensor-to-segment alignments of the IMUs
-    that the default estimator knows at the recording's end.
+    that the default estimator finds for the recording's beginning.
     """
     if not (estimator_class(parameters.estimator).NEEDS_FUTURE and parameters.use_imus):
         return None
     return replace(parameters, estimator="default", output_rate=0.0)
+
+
+def initial_alignments(
+    samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
+    extrinsics: Extrinsics,
+    parameters: FusionParameters,
+) -> SensorsToSegments:
+    """Alignments at the beginning of one person's recording, by a :func:`first_pass`."""
+    pipeline, history = FusionPipeline(parameters, extrinsics), AlignmentHistory()
+    for sample in in_order(samples, extrinsics.clocks):
+        pipeline.add(sample)
+        history.follow(pipeline)
+    return history.initial(pipeline)
 
 
 def series_of_estimates(estimates: Sequence[BodyEstimate]) -> EstimateSeries:

@@ -7,7 +7,7 @@ frames of the sensors one by one. The output depends only on the samples, never 
 two observations it is predicted live, and interpolated for a recording.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
@@ -94,18 +94,31 @@ class FusionPipeline:
         for name in self.imus.segments:
             use = uses.setdefault(name, self._unused(name))
             fault = self.imus.rate_faults.get(name)
-            instead = "; the orientation's change is used"
-            remarks = [f"its angular velocity {fault}{instead}"] if fault else []
+            instead = "the orientation's change is used"
+            rate = f"its angular velocity {fault}; {instead}" if fault else ""
             clock = self.clocks.get(ONE_IMU + name)
-            if clock is not None and clock.offset_ns:
-                remarks.append(f"its clock is {_ahead(clock)} the others': corrected")
-            use.remark = "; ".join(remarks)
+            shift = f"its clock is {_ahead(clock)} the others': corrected" if clock else ""
+            span_ns = self._preprocessor.first_ns, self.newest_ns
+            silence = "" if use.refused else self.imus.silence(name, *span_ns)
+            use.remark = "; ".join(filter(None, (rate, shift, silence)))
         return tuple(uses[name] for name in sorted(self.imus.segments))
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
         """Sensor-to-segment rotations of the aligned IMUs."""
         return self._runner.sensor_to_segment
+
+    @property
+    def tracker_delays_s(self) -> Mapping[str, tuple[float, float]]:
+        """Delay of each sensor's tracker, estimated with IMUs, and its standard deviation [s]."""
+        delays_ns = self._runner.tracker_delays_ns
+        stddevs_s = self._runner.tracker_delay_stddev_s
+        return {name: (delays_ns[name] / NS_PER_S, each) for name, each in stddevs_s.items()}
+
+    @property
+    def newest_ns(self) -> int:
+        """Stamp of the newest sample of any source [ns]."""
+        return self._preprocessor.newest_ns
 
     @property
     def silent_imus(self) -> tuple[str, ...]:

@@ -62,6 +62,7 @@ class Preprocessor:
     ) -> None:
         kind = estimator_class(parameters.estimator)
         self._needs_aligned_frames = kind.NEEDS_ALIGNED_FRAMES
+        self._uses_imus = parameters.use_imus and kind.USES_IMUS
         self.model = model
         self.parameters = parameters
         self.counters = counters
@@ -125,6 +126,11 @@ class Preprocessor:
         return self._frames.newest_ns
 
     @property
+    def first_ns(self) -> int:
+        """Stamp of the first sample of any source [ns]."""
+        return self._frames.first_ns
+
+    @property
     def holds_frames(self) -> bool:
         """Whether a frame waits for an earlier frame of another sensor."""
         return self._frames.holds_frames
@@ -151,6 +157,9 @@ class Preprocessor:
 
     def _add_imu(self, block: ImuBlock) -> Iterator[Observation]:
         self.counters.add("imu_samples", len(block))
+        if not self._uses_imus:  # stored, to be named as unused
+            self.imus.add(block_on_reference_clock(block, self.clocks))
+            return
         if self.extrinsics is None:
             self._waiting.add(block)
             return
@@ -170,7 +179,7 @@ class Preprocessor:
 
     def imus_at(self, stamp_ns: int) -> ImuMeasurements:
         """The IMUs' states at an instant [ns]."""
-        return self.imus.read(stamp_ns) if self.parameters.use_imus else NO_MEASUREMENTS
+        return self.imus.read(stamp_ns) if self._uses_imus else NO_MEASUREMENTS
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
         sample = on_reference_clock(sample, self.clocks)
@@ -216,7 +225,7 @@ class Preprocessor:
             yield self._sensors.transform(ready.popleft())
 
     def _is_ready(self, stamp_ns: int) -> bool:
-        if not self._needs_aligned_frames:
+        if not (self._needs_aligned_frames and self._uses_imus):
             return True
         waited_ns = self._frames.newest_ns - stamp_ns
         return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)

@@ -33,10 +33,13 @@ class AttitudeAligner:
         self._sensor_to_segment: Mapping[str, SensorToSegment] = {}
         self._observed_ns: int | None = None
         self._solved_ns = 0
+        self._instants = 0
 
     @property
     def uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples."""
+        for use in self._uses.values():
+            use.instants = self._instants
         return tuple(self._uses[name] for name in sorted(self._uses))
 
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
@@ -84,10 +87,10 @@ class AttitudeAligner:
     def attitudes(self, imus: ImuMeasurements) -> dict[str, FloatArray]:
         """Attitudes ``R_map_segment`` of the segments by the aligned IMUs, (3, 3)."""
         attitudes = {}
+        self._instants += 1
         for segment, imu in imus.items():
             if segment not in self._uses:
                 continue
-            self._uses[segment].instants += 1
             found = self._found.get(segment)
             if found is not None:
                 self._uses[segment].used += 1

@@ -115,6 +115,11 @@ class ImuHistory:
         """Whether every IMU that still sends has a sample at or after an instant."""
         return self._have_reached(self._rings, stamp_ns, ALIVE_NS)
 
+    def newest_ns(self, segment: str) -> int:
+        """Stamp of the last sample of an IMU [ns]."""
+        imu = self.segments.index(segment)
+        return int(self._rings.stamps_ns[imu, self._rings.newest[imu]])
+
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
         """The IMUs, sorted, whose last sample is too long before an instant."""
         last_ns = self._rings.stamps_ns[np.arange(len(self.segments)), self._rings.newest]

@@ -7,7 +7,11 @@ from pose_core.counters import Counters
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck, RateFault
 from pose_core.imu.imu_history import NO_MEASUREMENTS, ImuHistory, ImuMeasurements
 from pose_core.imu.orientation_check import OrientationCheck
+from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
+
+MOST_NAMED = 3  # silences of one IMU
+SILENCE_NS = NS_PER_S  # [ns] a shorter gap between two samples is not named
 
 
 class ImuSet:
@@ -20,6 +24,8 @@ class ImuSet:
         self._known_at: int | None = None  # [ns] the instant of ``_known``
         self._known = NO_MEASUREMENTS
         self._slips: Mapping[str, int] = {}
+        self._first_ns: dict[str, int] = {}  # [ns] stamp of each IMU's first sample
+        self._silences: dict[str, list[tuple[int, int]]] = {}  # [ns] begin and end of each
         self._replaced: frozenset[str] = frozenset()
         self.counters = Counters(
             "imu_gaps", "imu_readings_missing", "imu_samples_against_gyroscope"
@@ -59,7 +65,33 @@ class ImuSet:
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
         rejected = self._history.add(checked)
         self.counters.add("imu_gaps", len(self._history.gaps_ns))
+        for segment in self._history.segments[len(self._first_ns) :]:
+            self._first_ns[segment] = self._history.newest_ns(segment)
+        for segment, gap_ns in self._history.gaps_ns.items():
+            if gap_ns > SILENCE_NS:
+                end_ns = self._history.newest_ns(segment)
+                self._silences.setdefault(segment, []).append((end_ns - gap_ns, end_ns))
         return rejected
+
+    def silence(self, segment: str, begin_ns: int, end_ns: int) -> str:
+        """When an IMU sent nothing for more than a second from begin to end; empty if it did not.
+
+        Args:
+            segment: The IMU's segment.
+            begin_ns: An instant [ns], from which the text counts seconds.
+            end_ns: A later instant [ns].
+        """
+        first_ns, last_ns = self._first_ns[segment], self._history.newest_ns(segment)
+        silences = [(begin_ns, first_ns), *self._silences.get(segment, ()), (last_ns, end_ns)]
+        texts = [
+            f"from {(start_ns - begin_ns) / NS_PER_S:.1f} "
+            + (f"to {(stop_ns - begin_ns) / NS_PER_S:.1f} s" if stop_ns < end_ns else "s on")
+            for start_ns, stop_ns in silences
+            if stop_ns - start_ns > SILENCE_NS
+        ]
+        if len(texts) > MOST_NAMED:
+            texts = [f"{len(texts)} times, the last {texts[-1]}"]
+        return f"silent {', '.join(texts)}" if texts else ""
 
     def has_reached(self, stamp_ns: int) -> bool:
         """Whether every IMU that still sends has a sample at or after an instant."""

@@ -12,7 +12,7 @@ class ImuUse:
     segment: str
     is_aligned: bool = False
     aligned_ns: int | None = None  # [ns] stamp since which it is used
-    instants: int = 0  # with a sample of it
+    instants: int = 0  # frames, also those without a sample of it
     used: int = 0
     contradictions: int = 0  # times that the cameras contradicted it and it was aligned again
     tilt_stddev: float = float("nan")  # [rad] of the mounting, about the axes across the link
@@ -22,7 +22,7 @@ class ImuUse:
     is_unlike: bool = False  # whether its motion does not fit its segment
     exchanged_with: str = ""  # segment whose IMU it is exchanged with
     refused: str = ""  # why the estimator cannot use it at all, and what to do
-    remark: str = ""  # what is wrong with its samples, and what is used instead
+    remark: str = ""  # what is wrong with its samples, what is used instead, and its silences
 
     @property
     def reason(self) -> str:
@@ -30,7 +30,7 @@ class ImuUse:
         if self.refused:
             return self.refused
         if not self.is_known:
-            return "the body model has no link for this segment: name another segment"
+            return "the body model has no link for this segment: wear it on, or name, another one"
         if self.exchanged_with:
             there = self.exchanged_with
             return (

@@ -13,6 +13,16 @@ class SensorToSegment:
     R_sensor_segment: FloatArray  # (3, 3)
     stddev: FloatArray  # (3,) [rad] about the segment's x, y, z
     residual: float  # [rad] RMS angle between the segment's long axis by cameras and by the IMU
+    slip: "Slip | None" = None  # when the sensor slipped, of a recording that has been read before
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slip:
+    """A time within which a sensor slipped on its segment, and its orientation afterwards."""
+
+    begin_ns: int  # [ns]
+    end_ns: int  # [ns]
+    after: SensorToSegment
 
 
 SensorsToSegments = Mapping[str, SensorToSegment]

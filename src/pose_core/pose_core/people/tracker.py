@@ -74,8 +74,8 @@ class PeopleTracker:
 
     @property
     def holds_back(self) -> bool:
-        """Whether nobody is in view but somebody who is not confirmed yet."""
-        return not self.present and any(track.held for track in self.tracks)
+        """Whether somebody in view is not confirmed yet."""
+        return any(track.held for track in self.tracks)
 
     @property
     def newest_ns(self) -> int:

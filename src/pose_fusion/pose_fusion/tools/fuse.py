@@ -11,6 +11,7 @@ from rich.progress import Progress, TimeRemainingColumn
 
 from pose_calibration.imus.section import load_alignments_if_any
 from pose_core.api import (
+    AlignmentHistory,
     EstimateBlock,
     Extrinsics,
     PeoplePipeline,
@@ -44,6 +45,8 @@ from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
 from pose_node.plain_console import progress_bar
 
+UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
+
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Read the command line."""
@@ -74,7 +77,7 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionNode
         values["estimator"] = "smoothed"
     parameters = from_mapping(FusionNodeParameters, values)
     wanted = parameters.sensors if "sensors" in values else ()
-    return replace(parameters, sensors=checked_sensors(bag, wanted))
+    return replace(parameters, sensors=checked_sensors(bag, wanted, parameters.extrinsics_file))
 
 
 class EstimateWriter:
@@ -160,7 +163,13 @@ def fuse(
     if out_bag.exists():
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
-    extrinsics = find_extrinsics(bag, parameters.sensors, console, parameters.extrinsics_file)
+    extrinsics = find_extrinsics(
+        bag,
+        parameters.sensors,
+        console,
+        parameters.extrinsics_file,
+        imus=parameters.use_imus,
+    )
     with (
         BagWriter(out_bag, storage) as writer,
         progress_bar(console, TimeRemainingColumn()) as progress,
@@ -173,8 +182,9 @@ def fuse(
         before = first_pass(parameters) if imu_topics(bag) else None
         if before is not None:
             aligning = make_pipeline(before, extrinsics, lambda *_: None, Console(quiet=True))
-            add_all(aligning, bag, progress, "aligning the IMUs")
-            pipeline.use_sensor_to_segment(aligning.subject.sensor_to_segment)
+            history = AlignmentHistory()
+            add_all(aligning, bag, progress, "aligning the IMUs", history)
+            pipeline.use_sensor_to_segment(history.initial(aligning.subject))
         for line in add_all(pipeline, bag, progress, "fusing"):
             console.print(line)
         if not pipeline.estimates:
@@ -195,15 +205,24 @@ def fuse(
 
 
 def add_all(
-    pipeline: PeoplePipeline, bag: BagReader, progress: Progress, what: str
+    pipeline: PeoplePipeline,
+    bag: BagReader,
+    progress: Progress,
+    what: str,
+    history: AlignmentHistory | None = None,
 ) -> Sequence[str]:
     """Add all samples of a bag, with a progress bar of that name; lines about those left out."""
     task = progress.add_task(what, total=1.0)
     frames = BagFrames(
-        bag, lambda share: progress.update(task, completed=share), clocks=pipeline.clocks
+        bag,
+        lambda share: progress.update(task, completed=share),
+        imus=pipeline.parameters.use_imus,
+        clocks=pipeline.clocks,
     )
     for each in frames:
         pipeline.add(each)
+        if history is not None:
+            history.follow(pipeline.subject)
     pipeline.flush()
     return frames.left_out
 
@@ -244,6 +263,16 @@ def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
         )
 
 
+def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
+    """How late each camera's tracker is; nothing without IMUs."""
+    delays_s = pipeline.subject.tracker_delays_s if pipeline.imu_samples else {}
+    for sensor, (delay_s, stddev_s) in delays_s.items():
+        if stddev_s < UNKNOWN_DELAY_S:
+            yield f"  tracker of {sensor}: delay {1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f} ms"
+        else:
+            yield f"  tracker of {sensor}: delay not known, too little motion with IMUs at the end"
+
+
 def run() -> int | None:
     """The tool; returns the exit status."""
     arguments = parse_arguments()
@@ -267,6 +296,7 @@ def run() -> int | None:
         pipeline = fuse(
             bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
         )
+        unread = () if parameters.use_imus else imu_topics(bag)
     print(
         f"{arguments.out_bag}: {sum(pipeline.estimates.values())} estimates from "
         f"{pipeline.skeletons} skeletons and {pipeline.imu_samples} IMU samples"
@@ -275,6 +305,10 @@ def run() -> int | None:
         print(line)
     for line in fault_lines(pipeline.subject.counters.as_dict()):
         print(line)
+    for line in delay_lines(pipeline):
+        print(line)
+    for segment in unread:
+        print(f"  IMU {segment}: not used, use_imus is false: set it to true")
     for use in pipeline.subject.imu_uses:
         print(f"  IMU {use}")
     return None

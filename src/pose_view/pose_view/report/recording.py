@@ -186,6 +186,7 @@ def _estimate(
         chosen = [setup for setup in setups if setup.name in (*wanted.methods, wanted.focus)]
         for name, run in _run(bag, wanted, chosen, extrinsics, progress).items():
             result.methods[name], result.estimates[name] = run.series, run.estimates
+            result.notes += [f"{name}: {line}." for line in run.imus]
     if FUSED in own:
         result.methods[FUSED] = own[FUSED]
         result.estimates[FUSED] = read_estimates(bag, wanted.body)

@@ -10,7 +10,7 @@ from rich.progress import TimeRemainingColumn
 from pose_core.api import Extrinsics
 from pose_core.errors import InputError, writing
 from pose_core.joints import JOINTS
-from pose_fusion.session_extrinsics import find_extrinsics
+from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference
 from pose_node.command_line import run_tool
@@ -138,6 +138,7 @@ def run() -> int | None:
     )
 
     def placed(bag: BagReader, sensors: tuple[str, ...]) -> Extrinsics:
+        sensors = checked_sensors(bag, (), options.extrinsics_file) if sensors else sensors
         return find_extrinsics(bag, sensors, console, options.extrinsics_file)
 
     with open_bag(options.bag) as bag, progress_bar(console, TimeRemainingColumn()) as progress:

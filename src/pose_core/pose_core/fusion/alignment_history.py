@@ -1,0 +1,85 @@
+"""Sensor-to-segment alignments as they were at a recording's beginning, from the whole recording.
+
+The last estimate is the best one, unless the IMU has slipped. So each estimate is compared with the
+one ten seconds after the IMU's first. If they differ clearly, the IMU has slipped within the ten
+seconds before: within that time, a slip shows. What was estimated before them holds at the
+beginning, the last estimate after them, and in between the IMU is not to be used. A difference
+within the next ten seconds is no slip: the first estimates were wrong.
+"""
+
+from collections import deque
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment, Slip
+from pose_core.kernels.rotations import logarithm
+from pose_core.stamps import NS_PER_S
+
+PERIOD_NS = NS_PER_S  # [ns] between two estimates that are compared
+SHOWS_NS = 10 * NS_PER_S  # [ns] within which a slip shows, and the first estimates settle
+STDDEV = np.radians([3.3, 3.3, 6.0])
+"""[rad] of an estimate about the segment's axes, in addition to its own; turns settle slowly."""
+MOST_SIGMAS = 3.5  # [-] by which estimates of the same mounting differ
+
+
+@dataclass(kw_only=True)
+class _Estimates:
+    first_ns: int
+    reference: tuple[int, SensorToSegment] | None = None
+    recent: deque[tuple[int, SensorToSegment]] = field(default_factory=deque)
+    seen_ns: int | None = None  # when a slip showed
+
+
+class AlignmentHistory:
+    """Follows a pipeline over a recording, and selects the estimates that hold at its beginning."""
+
+    def __init__(self) -> None:
+        self._estimates: dict[str, _Estimates] = {}
+        self._last_ns: int | None = None
+
+    def follow(self, pipeline: FusionPipeline) -> None:
+        """Note the present estimates, once a second."""
+        stamp_ns = pipeline.newest_ns
+        if self._last_ns is not None and 0 <= stamp_ns - self._last_ns < PERIOD_NS:
+            return
+        self._last_ns = stamp_ns
+        for segment, alignment in pipeline.sensor_to_segment.items():
+            own = self._estimates.setdefault(segment, _Estimates(first_ns=stamp_ns))
+            if own.seen_ns is not None:
+                continue
+            if own.reference is None:
+                if stamp_ns - own.first_ns >= SHOWS_NS:
+                    own.reference = stamp_ns, alignment
+            elif _differ(own.reference[1], alignment):
+                if own.recent[0][0] >= own.reference[0]:
+                    own.seen_ns = stamp_ns
+                    continue
+                self._estimates[segment] = own = _Estimates(first_ns=stamp_ns)
+            own.recent.append((stamp_ns, alignment))
+            while len(own.recent) > 1 and own.recent[1][0] <= stamp_ns - SHOWS_NS:
+                own.recent.popleft()
+
+    def initial(self, pipeline: FusionPipeline) -> SensorsToSegments:
+        """The alignments at the beginning, of the IMUs that are aligned at the recording's end."""
+        return {
+            segment: self._initial(segment, final)
+            for segment, final in pipeline.sensor_to_segment.items()
+        }
+
+    def _initial(self, segment: str, final: SensorToSegment) -> SensorToSegment:
+        own = self._estimates.get(segment)
+        if own is None or own.seen_ns is None:
+            return final
+        begin_ns = own.recent[-1][0] - SHOWS_NS
+        return replace(
+            own.recent[0][1], slip=Slip(begin_ns=begin_ns, end_ns=own.seen_ns, after=final)
+        )
+
+
+def _differ(reference: SensorToSegment, alignment: SensorToSegment) -> bool:
+    turned = np.empty(3)
+    logarithm(reference.R_sensor_segment.T @ alignment.R_sensor_segment, turned)
+    variance = reference.stddev**2 + STDDEV**2
+    return bool(np.sum(turned**2 / variance) > MOST_SIGMAS**2)
