@@ -96,8 +96,9 @@ class FusionPipeline:
             fault = self.imus.rate_faults.get(name)
             instead = "the orientation's change is used"
             rate = f"its angular velocity {fault}; {instead}" if fault else ""
-            clock = self.clocks.get(ONE_IMU + name)
-            shift = f"its clock is {_ahead(clock)} the others': corrected" if clock else ""
+            clock = self.clocks.get(ONE_IMU + name, Clock())
+            is_apart = clock.offset_ns != 0
+            shift = f"its clock is {_ahead(clock)} the others': corrected" if is_apart else ""
             span_ns = self._preprocessor.first_ns, self.newest_ns
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
             use.remark = "; ".join(filter(None, (rate, shift, silence)))
