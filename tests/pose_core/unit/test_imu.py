@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from pose_core.imu.imu_history import ImuHistory
+from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.weighting import (
     fuse_limb,
     fuse_trunk,
@@ -143,3 +144,17 @@ def test_an_imu_without_samples_for_a_fifth_of_a_second_is_silent():
     assert history.silent(1150 * MS) == ()
     assert history.silent(1300 * MS) == ("head",)
     assert history.silent(1600 * MS) == ("head", "torso")
+
+
+@pytest.mark.parametrize("per_block", [1, 7, 1000], ids=["single", "few", "all"])
+def test_silences_are_named_with_their_times_however_samples_come_in_blocks(per_block):
+    times = [k for k in range(200, 12_000, 10) if not (3000 < k < 5500 or 6000 < k < 6900)]
+    samples = [sample((50_000 + k) * MS, Rotation.identity()) for k in times]
+    imus = ImuSet()
+    for first in range(0, len(samples), per_block):
+        imus.add(joined([block_of(each) for each in samples[first : first + per_block]]))
+    segment = samples[0].segment
+    assert imus.silence(segment, 50_000 * MS, 62_000 * MS) == "silent from 3.0 to 5.5 s"
+    assert imus.silence(segment, 48_000 * MS, 64_000 * MS) == (
+        "silent from 0.0 to 2.2 s, from 5.0 to 7.5 s, from 14.0 s on"
+    )

@@ -169,10 +169,12 @@ class DefaultEstimator(StepwiseEstimator):
         ages_s = (self._stamp_ns - np.array(stamps_ns)) / NS_PER_S
         information = self._last_information(state, 0.0, np.flatnonzero(state.has_imu))
         states = self._filter.interpolated(ages_s, information, variance_scale(self._nis))
-        rows = [] if states is None else map(PublishedState._make, zip(*states, strict=True))
+        if states is None:
+            return []
+        rows = zip(*states, strict=True)
         return [
-            TimedPose(stamp_ns=stamp_ns, pose=row)
-            for stamp_ns, row in zip(stamps_ns, rows, strict=False)
+            TimedPose(stamp_ns=stamp_ns, pose=PublishedState(*row))
+            for stamp_ns, row in zip(stamps_ns, rows, strict=True)
         ]
 
     def _last_information(

@@ -1,7 +1,10 @@
 """All IMUs of one body: recent samples, and states at an instant."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.counters import Counters
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck, RateFault
@@ -65,12 +68,14 @@ class ImuSet:
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
         rejected = self._history.add(checked)
         self.counters.add("imu_gaps", len(self._history.gaps_ns))
-        for segment in self._history.segments[len(self._first_ns) :]:
-            self._first_ns[segment] = self._history.newest_ns(segment)
+        if len(self._first_ns) < len(self._history.segments):
+            for imu in np.unique(checked.imu).tolist():
+                first_ns = int(checked.stamps_ns[checked.imu == imu].min())
+                self._first_ns.setdefault(checked.segments[imu], first_ns)
         for segment, gap_ns in self._history.gaps_ns.items():
             if gap_ns > SILENCE_NS:
-                end_ns = self._history.newest_ns(segment)
-                self._silences.setdefault(segment, []).append((end_ns - gap_ns, end_ns))
+                silences = _silences(_stamps_of(segment, checked), gap_ns)
+                self._silences.setdefault(segment, []).extend(silences)
         return rejected
 
     def silence(self, segment: str, begin_ns: int, end_ns: int) -> str:
@@ -81,6 +86,8 @@ class ImuSet:
             begin_ns: An instant [ns], from which the text counts seconds.
             end_ns: A later instant [ns].
         """
+        if segment not in self._first_ns:
+            return ""
         first_ns, last_ns = self._first_ns[segment], self._history.newest_ns(segment)
         silences = [(begin_ns, first_ns), *self._silences.get(segment, ()), (last_ns, end_ns)]
         texts = [
@@ -115,3 +122,22 @@ class ImuSet:
         missing = len(self._history.segments) - len(self._known)
         self.counters.add("imu_readings_missing", missing)
         return self._known
+
+
+def _stamps_of(segment: str, block: ImuBlock) -> NDArray[np.int64]:
+    """Stamps of one IMU's samples in a block, sorted [ns]."""
+    return np.sort(block.stamps_ns[block.imu == block.segments.index(segment)])
+
+
+def _silences(stamps_ns: NDArray[np.int64], longest_ns: int) -> Iterator[tuple[int, int]]:
+    """Begin and end [ns] of the silences of one IMU up to the end of a block.
+
+    Args:
+        stamps_ns: Its samples in the block, sorted [ns].
+        longest_ns: The longest gap, of those before the first of them, too [ns].
+    """
+    gaps_ns = np.diff(stamps_ns)
+    if longest_ns > gaps_ns.max(initial=0):
+        yield int(stamps_ns[0]) - longest_ns, int(stamps_ns[0])
+    for index in np.flatnonzero(gaps_ns > SILENCE_NS).tolist():
+        yield int(stamps_ns[index]), int(stamps_ns[index + 1])
