@@ -11,11 +11,11 @@ import numpy as np
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_calibration.extrinsics.parameters import CalibrationParameters
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
-from pose_calibration.parameters import CalibrationParameters
 from pose_calibration.people.calibration_person import match_people, with_id
-from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
     IMUS,
     AlignedFrame,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate, calibrate_people, complete
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S

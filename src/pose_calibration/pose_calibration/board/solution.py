@@ -13,7 +13,7 @@ from pose_calibration.board.camera import Camera, estimate_camera
 from pose_calibration.board.coverage import Coverage, coverage
 from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, inverse
 
 LEAST_PAIRS = 4  # [-] common instants required to link two cameras

@@ -7,7 +7,7 @@ such frames are detected and corrected first.
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_calibration.rigid_transform import (
+from pose_calibration.geometry.rigid_transform import (
     CalibrationError,
     RobustFit,
     estimate_rigid_transform_robustly,

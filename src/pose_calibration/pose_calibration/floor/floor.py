@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_calibration.floor.gravity import Gravity
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, FloorEstimate
 from pose_core.joints import JOINT_INDEX
 

@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.progress import TimeRemainingColumn
 from rich.table import Table
 
+from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.inertial.imu_clock import ImuFindings
-from pose_calibration.parameters import CalibrationParameters
 from pose_calibration.session_calibration import SessionCalibration, calibrate_people
 from pose_core.api import IMUS, PairResiduals
 from pose_core.errors import InputError

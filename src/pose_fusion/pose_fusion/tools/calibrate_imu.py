@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.imus.section import save_alignments
-from pose_calibration.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import Extrinsics
 from pose_core.parameters import add_arguments, from_arguments

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.live.live_calibration import LiveCalibration
-from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments, specs
