@@ -49,7 +49,6 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="save the other sensors although some are at fault",
     )
-    parser.add_argument("--date", default="", help="written into a new file, for information")
     add_arguments(parser.add_argument_group("parameters"), ImuCalibrationParameters)
     return parser
 
@@ -150,7 +149,7 @@ def main(arguments: list[str]) -> None:
         result, placed = _live(parameters, extrinsics, given.timeout)
     _report(result, given.keep_going)
     if extrinsics is None:
-        save_extrinsics(given.output, placed, given.date)
+        save_extrinsics(given.output, placed)
     save_alignments(given.output, result.usable)
     print(f"{given.output}: {', '.join(result.usable)}")
 
