@@ -39,7 +39,7 @@ from pose_calibration.files.file_values import (
     read_vector,
     rounded,
 )
-from pose_core.api import BoardResiduals, Extrinsics, FloatArray, PairResiduals
+from pose_core.api import BoardResiduals, Extrinsics, FloatArray, PairResiduals, rigid_transform
 from pose_core.atomic_file import write_atomically
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
@@ -245,8 +245,6 @@ def _mapping(path: Path, parent: Mapping[Any, Any], key: Any) -> Mapping[Any, An
 
 
 def _transform(path: Path, name: Any, entry: Mapping[Any, Any]) -> FloatArray:
-    T = np.eye(4)
-    translation, rotation = entry.get("translation"), entry.get("rotation")
-    T[:3, 3] = read_vector(f"{path}: the translation of '{name}'", translation, 3)
-    T[:3, :3] = read_rotation(f"{path}: the rotation of '{name}'", rotation)
-    return T
+    position = read_vector(f"{path}: the translation of '{name}'", entry.get("translation"), 3)
+    R = read_rotation(f"{path}: the rotation of '{name}'", entry.get("rotation"))
+    return rigid_transform(R, position)
