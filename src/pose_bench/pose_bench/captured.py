@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pose_bench.captured_suite import KNOWN
-from pose_bench.scoring import HIP_AND_KNEE, Truth, coverage, dof_errors, truth_of_series
+from pose_bench.scoring import Truth, coverage, dof_errors, truth_of_series
 from pose_calibration.body_measures import measure_body
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
@@ -32,7 +32,7 @@ from pose_core.estimators.default import DefaultEstimator
 from pose_core.filter.tuning import FilterTuning
 from pose_core.streams.samples import block_of
 from pose_evaluation.offline import MethodRun, run_pipeline, tracked_series
-from pose_evaluation.scores import MethodScores, mean_known, score_method
+from pose_evaluation.scores import MethodScores, score_method
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.session import (
     SENSORS,
@@ -229,12 +229,11 @@ def judge(
     truth: Truth,
 ) -> CapturedScore:
     """Add a method's figures to a score."""
-    rmse = {angle: each.rmse_deg for angle, each in scores.angles.items()}
     within = coverage(dof_errors(run, truth, scores.shift_s))
     return replace(
         label,
         rmse_deg=scores.mean_rmse_deg,
-        hip_knee_deg=mean_known([rmse[angle] for angle in HIP_AND_KNEE]),
+        hip_knee_deg=scores.mean_leg_rmse_deg,
         r=scores.mean_r,
         mpjpe_mm=scores.mpjpe_mm,
         lag_ms=1000.0 * scores.shift_s,

@@ -1,14 +1,13 @@
 """Tables and rows of the suite on captured motion."""
 
-import csv
-import io
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, astuple
 
 import numpy as np
 
 from pose_bench.captured import BASELINE, CapturedScore
 from pose_bench.tables import TextTable, number, percent
+from pose_evaluation.tables import csv_text
 
 NOTE = (
     f"Motion of real people, simulated sensors. Ratios: mean over sessions to {BASELINE} on the "
@@ -95,10 +94,5 @@ def _cells(scores: Sequence[CapturedScore]) -> list[str]:
 
 def captured_csv(scores: Sequence[CapturedScore]) -> str:
     """Scores of every session as CSV, with four digits."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(asdict(scores[0])), lineterminator="\n")
-    writer.writeheader()
-    for score in scores:
-        row = asdict(score).items()
-        writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row})
-    return text.getvalue()
+    rows = ([f"{v:.4g}" if isinstance(v, float) else v for v in astuple(s)] for s in scores)
+    return csv_text(list(asdict(scores[0])), rows)

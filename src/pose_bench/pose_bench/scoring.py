@@ -17,8 +17,6 @@ from pose_core.arrays import FloatArray
 from pose_core.streams.angle_series import SIDEWAYS
 from pose_evaluation.offline import MethodRun
 
-HIP_AND_KNEE = tuple(angle for angle in ANGLES if "hip" in angle or "knee" in angle)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:

@@ -11,11 +11,11 @@ import numpy as np
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_calibration.extrinsics.parameters import CalibrationParameters
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
-from pose_calibration.parameters import CalibrationParameters
 from pose_calibration.people.calibration_person import match_people, with_id
-from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
     IMUS,
     AlignedFrame,
@@ -58,8 +58,6 @@ def calibrate(
     samples: Iterable[SkeletonSample | ImuBlock],
     sensors: Sequence[str],
     parameters: CalibrationParameters | None = None,
-    *,
-    find_clock_offsets: bool = True,
 ) -> SessionCalibration:
     """Calibrate a recorded session.
 
@@ -69,14 +67,12 @@ def calibrate(
         sensors: The sensors' names, the reference first; samples of others are left out. With a
             single one, only the floor is found.
         parameters: Quality that the calibration must reach, known tilt and height of the reference.
-        find_clock_offsets: Whether to estimate the offsets between the sources' clocks.
 
     Raises:
         CalibrationError: If the recording does not determine it; the message says why.
     """
     by_sensor, memory = _sorted(samples, sensors)
-    searched = sensors if find_clock_offsets else sensors[:1]
-    offsets, clocks = _clock_offsets(by_sensor, searched)
+    offsets, clocks = _clock_offsets(by_sensor, sensors)
     frames = _aligned(by_sensor, clocks)
     calibrator = ExtrinsicsCalibrator(sensors, parameters)
     for frame in frames:
@@ -87,8 +83,7 @@ def calibrate(
         found = _imu_findings(extrinsics, by_sensor, memory)
         if found.gravity is not None:
             extrinsics = calibrator.leveled(extrinsics, found.gravity)
-        if find_clock_offsets:
-            extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
+        extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
     return SessionCalibration(
         extrinsics=replace(extrinsics, body=measure_body(_all(by_sensor))),
         clock_offsets=offsets,
@@ -100,8 +95,6 @@ def calibrate_people(
     frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
     sensors: Sequence[str],
     parameters: CalibrationParameters | None = None,
-    *,
-    find_clock_offsets: bool = True,
 ) -> SessionCalibration:
     """Calibrate a recorded session in which there may be several people.
 
@@ -109,7 +102,6 @@ def calibrate_people(
         frames: Frames of all sensors with all persons, and the IMUs' samples if they are used.
         sensors: See :func:`calibrate`.
         parameters: See :func:`calibrate`; and the person's id in all sensors.
-        find_clock_offsets: See :func:`calibrate`.
 
     Raises:
         CalibrationError: If the recording does not determine it; the message says why.
@@ -122,9 +114,7 @@ def calibrate_people(
     failure: CalibrationError | None = None
     for samples in candidates[:MOST_TRIED]:
         try:
-            found = calibrate(
-                [*samples, *blocks], sensors, parameters, find_clock_offsets=find_clock_offsets
-            )
+            found = calibrate([*samples, *blocks], sensors, parameters)
         except CalibrationError as error:
             failure = failure or error
             continue

@@ -86,7 +86,7 @@ from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, joine
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
 from pose_core.streams.stamp_judge import StampJudge
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
-from pose_core.transforms import best_rigid_transform, inverse, transformed
+from pose_core.transforms import best_rigid_transform, inverse, rigid_transform, transformed
 
 Pipeline = FusionPipeline
 PipelineParameters = FusionParameters
@@ -179,6 +179,7 @@ __all__ = [
     "make_urdf",
     "moved_most_ns",
     "on_reference_clock",
+    "rigid_transform",
     "save_body_shape",
     "series_from_samples",
     "series_of_estimates",

@@ -18,6 +18,12 @@ JOINTS: tuple[str, ...] = (
 
 JOINT_INDEX: dict[str, int] = {name: index for index, name in enumerate(JOINTS)}
 
+OTHER_SIDE: list[int] = [
+    JOINT_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")]
+    for name in JOINTS
+]
+"""Index of the joint of the other side, for each joint; of a middle joint, its own."""
+
 SEGMENTS: tuple[str, ...] = (
     "pelvis",
     "torso",

@@ -14,6 +14,11 @@ def nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 
 
+def newest_of(newest_ns: int, stamp_ns: int) -> int:
+    """The later of two stamps [ns]; ``stamp_ns`` if it is set back, as where a recording loops."""
+    return stamp_ns if stamp_ns < newest_ns - JUMP_BACK_NS else max(newest_ns, stamp_ns)
+
+
 def serialized_ns(data: bytes) -> int:
     """Nanoseconds of the stamp of a serialised message that begins with a header."""
     seconds, rest = CDR_STAMP.unpack_from(data, CDR_STAMP_AT)

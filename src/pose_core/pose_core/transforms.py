@@ -1,8 +1,16 @@
-"""Rigid transforms as matrices: application to points, inverse, estimate from matched points."""
+"""Rigid transforms as matrices: composition, application to points, inverse, best fit."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pose_core.arrays import FloatArray
+
+
+def rigid_transform(R: ArrayLike, position: ArrayLike) -> FloatArray:
+    """Transform, shape (4, 4), of a rotation (3, 3) and a position [m]."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, position
+    return T
 
 
 def transformed(T_target_source: FloatArray, points: FloatArray) -> FloatArray:
@@ -13,10 +21,7 @@ def transformed(T_target_source: FloatArray, points: FloatArray) -> FloatArray:
 def inverse(T_target_source: FloatArray) -> FloatArray:
     """``T_source_target`` of a rigid transform, shape (4, 4)."""
     R = T_target_source[:3, :3]
-    T = np.eye(4)
-    T[:3, :3] = R.T
-    T[:3, 3] = -R.T @ T_target_source[:3, 3]
-    return T
+    return rigid_transform(R.T, -R.T @ T_target_source[:3, 3])
 
 
 def best_rigid_transform(

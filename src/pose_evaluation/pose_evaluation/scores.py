@@ -32,6 +32,8 @@ from pose_evaluation.time_shift import STILL, estimate_angle_shift
 from pose_io.references.reference import Reference
 
 ReferenceSeries = SkeletonSeries | AngleSeries | Reference
+HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
+"""The six angles of li2020's tables."""
 MIN_OVERLAP_S = 1.0  # [s] smallest common time for an evaluation
 
 
@@ -72,6 +74,11 @@ class MethodScores(Stability):
     def mean_rmse_deg(self) -> float:
         """Mean RMSE over the angles [deg]."""
         return mean_known([score.rmse_deg for score in self.angles.values()])
+
+    @property
+    def mean_leg_rmse_deg(self) -> float:
+        """Mean RMSE over hips and knees [deg]."""
+        return mean_known([self.angles[name].rmse_deg for name in HIPS_AND_KNEES])
 
     @property
     def mean_r(self) -> float:

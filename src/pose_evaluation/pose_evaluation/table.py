@@ -9,7 +9,7 @@ from rich.text import Text
 
 UNKNOWN = "–"
 Judge = Callable[[Sequence[float]], float]
-"""Selects the best of several known values."""
+"""Selects the best of several known values: ``min`` of errors, ``max`` of correlations."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,16 +76,6 @@ class Table:
         if self.note:
             lines += ["", self.note]
         return "\n".join(lines) + "\n"
-
-
-def smallest(values: Sequence[float]) -> float:
-    """The smallest value, for errors."""
-    return min(values)
-
-
-def largest(values: Sequence[float]) -> float:
-    """The largest value, for correlations."""
-    return max(values)
 
 
 def nearest_zero(values: Sequence[float]) -> float:

@@ -19,15 +19,14 @@ from pose_evaluation.table import (
     nearest_zero,
     number,
     number_row,
-    smallest,
     text_row,
 )
 
 SUMMARY: tuple[tuple[str, Callable[[MethodScores], float], int, Judge | None, bool], ...] = (
-    ("mean absolute bias [deg]", lambda m: m.mean_absolute_bias_deg, 1, smallest, False),
-    ("joint position error [mm]", lambda m: m.mpjpe_mm, 0, smallest, False),
-    ("bone length SD [mm]", lambda m: m.mean_bone_sd_mm, 1, smallest, False),
-    ("RMS jerk [m/s³]", lambda m: m.mean_jerk, 0, smallest, False),
+    ("mean absolute bias [deg]", lambda m: m.mean_absolute_bias_deg, 1, min, False),
+    ("joint position error [mm]", lambda m: m.mpjpe_mm, 0, min, False),
+    ("bone length SD [mm]", lambda m: m.mean_bone_sd_mm, 1, min, False),
+    ("RMS jerk [m/s³]", lambda m: m.mean_jerk, 0, min, False),
     ("lag [ms]", lambda m: 1000.0 * m.shift_s, 0, nearest_zero, True),
     ("instants with a pose [%]", lambda m: 100.0 * m.coverage, 0, None, False),
 )
@@ -57,7 +56,7 @@ def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Tabl
     methods = evaluation.methods
 
     def row(name: str, figures: Sequence[tuple[float, float, float]], is_summary: bool) -> Row:
-        best = number_row(name, [rmse for rmse, _, _ in figures], 1, smallest)
+        best = number_row(name, [rmse for rmse, _, _ in figures], 1, min)
         return Row(
             name=name,
             cells=tuple(

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from pose_calibration.files.extrinsics_file import load_extrinsics, load_extrinsics_of
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import Extrinsics, extrinsics_from_map
 from pose_core.errors import InputError

@@ -248,8 +248,8 @@ def _may_be_recording(path: Path) -> bool:
 def _open_recording(path: Path) -> BagReader:
     """Open a recording of skeletons, converted to the bag that the bridges would have recorded."""
     # Imported here: the readers take long to load, and bags do not need them.
+    from pose_io.recording_bag import write_recording_bag
     from pose_io.recordings.formats import detect_format, read_recording
-    from pose_io.recordings.recording_bag import write_recording_bag
 
     try:
         detect_format(path)

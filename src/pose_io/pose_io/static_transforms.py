@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from pose_core.api import rigid_transform
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.kernels.rotations import matrix_of_quaternion
@@ -53,14 +54,13 @@ def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
 def _matrix(transform: Any) -> FloatArray:
     """The (4, 4) matrix of a ``geometry_msgs/TransformStamped``."""
     q, t = transform.transform.rotation, transform.transform.translation
-    matrix, R = np.eye(4), np.empty((3, 3))
+    R = np.empty((3, 3))
     if q.x == q.y == q.z == q.w == 0.0:
         raise InputError(
             f"the transform of {transform.child_frame_id} has no rotation: its quaternion is zero"
         )
     matrix_of_quaternion(np.array([q.x, q.y, q.z, q.w], float), R)
-    matrix[:3, :3] = R
-    matrix[:3, 3] = t.x, t.y, t.z
+    matrix = rigid_transform(R, (t.x, t.y, t.z))
     if not np.isfinite(matrix).all():
         raise InputError(f"the transform of {transform.child_frame_id} holds NaN or infinity")
     farthest = np.abs(matrix[:3, 3]).max()

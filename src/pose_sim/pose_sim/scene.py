@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_core.api import rigid_transform
 from pose_core.arrays import FloatArray
 from pose_core.parameters import parameter
 
@@ -71,7 +72,4 @@ def optical_pose(position: FloatArray, heading: float, tilt: float, roll: float)
     """``T_map_optical`` of a camera with the viewing direction ``heading``, ``tilt`` down [rad]."""
     R_map_camera = Rotation.from_euler("ZYX", (heading, tilt, roll)).as_matrix()  # x forward, z up
     R_camera_optical = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-    pose = np.eye(4)
-    pose[:3, :3] = R_map_camera @ R_camera_optical
-    pose[:3, 3] = position
-    return pose
+    return rigid_transform(R_map_camera @ R_camera_optical, position)

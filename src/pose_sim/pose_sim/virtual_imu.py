@@ -17,9 +17,9 @@ from imu_bridge.protocols.star import (
     CLOCK_MODULUS_US,
     GYROSCOPE_LSB,
     MAGNETOMETER_LSB,
-    SEQUENCE_MODULUS,
     quantise,
 )
+from imu_bridge.sequence import SEQUENCE_MODULUS
 from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
 from pose_sim.body import Body

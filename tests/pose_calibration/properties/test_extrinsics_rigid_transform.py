@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_calibration.rigid_transform import (
+from pose_calibration.geometry.rigid_transform import (
     CalibrationError,
     estimate_rigid_transform,
     estimate_rigid_transform_robustly,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform
+from pose_calibration.geometry.rigid_transform import CalibrationError, estimate_rigid_transform
 from pose_calibration.session_calibration import calibrate
 from pose_core.streams.clocks import on_reference_clock
 from pose_core.streams.samples import SkeletonSample

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_bench.sessions import SessionSpec, bench_session
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.imus.imu_calibration import ImuCalibration, Phase
 from pose_calibration.imus.parameters import ImuCalibrationParameters
-from pose_calibration.rigid_transform import CalibrationError
 from pose_core.streams.samples import ImuSample, block_of, joined
 from pose_sim.session import make_session, settings_of
 

@@ -13,7 +13,7 @@ from pose_calibration.board.detection import BoardDetector
 from pose_calibration.board.extrinsics import ON_FLOOR, board_extrinsics
 from pose_calibration.board.solution import calibrate_board
 from pose_calibration.board.target import Board, BoardParameters
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.errors import ParameterError
 
 CHARUCO = Board(BoardParameters(columns=7, rows=5, square=0.06))

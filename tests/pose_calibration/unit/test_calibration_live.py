@@ -7,8 +7,9 @@ import pytest
 from crowd_of_people import frames_of, walker
 from walking_person import LEFT, POSES, RIGHT, angle_deg, person_at, samples, sensor_pose
 
+from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
-from pose_calibration.parameters import CalibrationParameters, LiveCalibrationParameters
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.transforms import inverse
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate, calibrate_people, complete
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
@@ -26,12 +26,10 @@ def test_a_session_gives_extrinsics_floor_and_clock_offset():
     assert extrinsics.T_map_reference[2, 3] == pytest.approx(LEFT[2, 3], abs=0.03)
 
 
-def test_removing_the_clock_offset_improves_the_agreement():
-    some = samples(offset_s={"right": 0.2})
-    with_offset = calibrate(some, ["left", "right"]).extrinsics.residuals["right"]
-    without = calibrate(some, ["left", "right"], find_clock_offsets=False).extrinsics
-    assert without.clocks == {}
-    assert with_offset.median < 0.7 * without.residuals["right"].median
+def test_with_a_clock_offset_the_views_agree_as_well_as_without():
+    found = calibrate(samples(offset_s={"right": 0.2}), ["left", "right"]).extrinsics
+    alike = calibrate(samples(), ["left", "right"]).extrinsics
+    assert found.residuals["right"].median < 1.1 * alike.residuals["right"].median
 
 
 def test_the_order_of_the_samples_is_irrelevant():

@@ -18,8 +18,8 @@ from pose_calibration.extrinsics.extrinsics_calibration import (
 )
 from pose_calibration.extrinsics.frame_memory import MAX_KEPT_FRAMES
 from pose_calibration.extrinsics.joint_refinement import body_axes
-from pose_calibration.parameters import CalibrationParameters
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.extrinsics.parameters import CalibrationParameters
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.errors import ParameterError, PoseError
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.session.extrinsics import extrinsics_from_map

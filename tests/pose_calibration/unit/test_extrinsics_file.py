@@ -69,12 +69,6 @@ def test_the_same_calibration_gives_the_same_bytes(extrinsics, tmp_path):
     assert (tmp_path / "a.yaml").read_bytes() == (tmp_path / "b.yaml").read_bytes()
 
 
-def test_a_date_is_there_only_if_given(extrinsics, document, tmp_path):
-    assert "date" not in document
-    save_extrinsics(tmp_path / "dated.yaml", extrinsics, date="2024-05-01")
-    assert "2024-05-01" in (tmp_path / "dated.yaml").read_text()
-
-
 def test_residuals_and_source_are_there_for_people(document):
     assert document["map"]["source"]
     assert document["sensors"]["right"]["residuals"]["median"] > 0.0

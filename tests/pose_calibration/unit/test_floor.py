@@ -12,7 +12,7 @@ from pose_calibration.floor.floor import (
     KnownMounting,
     estimate_floor,
 )
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.joints import JOINT_INDEX
 
 FEET_JOINTS = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]

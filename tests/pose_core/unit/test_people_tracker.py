@@ -6,8 +6,7 @@ import numpy as np
 from crowd_of_people import frames_of, numbers_of, walker
 from walking_person import POSES
 
-from pose_core.joints import JOINTS
-from pose_core.people.distances import OTHER_SIDE
+from pose_core.joints import JOINTS, OTHER_SIDE
 from pose_core.people.person_track import Presence
 from pose_core.people.track_manager import MOST_TENTATIVE
 from pose_core.people.tracker import PeopleTracker

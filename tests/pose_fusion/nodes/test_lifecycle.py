@@ -17,7 +17,7 @@ from imu_bridge.parameters import ImuBridgeParameters
 from kinect_bridge.nodes.kinect_bridge import KinectBridge
 from kinect_bridge.parameters import KinectBridgeParameters
 from pose_calibration.files.extrinsics_file import save_extrinsics
-from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.errors import InputError
 from pose_core.parameters import specs
 from pose_fusion.nodes.calibration import CalibrationNode

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.parameters import from_ros_yaml
 
 ROOT = Path(__file__).parents[3]

@@ -9,7 +9,7 @@ from ament_index_python.packages import get_package_share_directory
 
 from imu_bridge.parameters import ImuBridgeParameters
 from kinect_bridge.parameters import KinectBridgeParameters
-from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.parameters import from_mapping, from_ros_yaml, specs
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.recording.recorder_parameters import RecorderParameters

@@ -2,7 +2,7 @@ import pytest
 from readme_tables import SRC, generated_part, markdown_table
 
 from pose_calibration.imus.parameters import ImuCalibrationParameters
-from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.parameters import from_mapping, values_from_ros_yaml
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.recording.player_parameters import PlayerParameters

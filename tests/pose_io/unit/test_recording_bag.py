@@ -11,8 +11,8 @@ from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import NS_PER_S
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import open_bag
+from pose_io.recording_bag import sensor_names, write_recording_bag
 from pose_io.recordings.formats import read_recording
-from pose_io.recordings.recording_bag import sensor_names, write_recording_bag
 from pose_io.topics import sensor_topics
 
 CSV = Path(__file__).parents[2] / "kinect_bridge" / "data" / "two_sensors.csv"

@@ -7,7 +7,7 @@ from exported_motion import write_motion_bag
 from moving_body import motion
 from session_bag import MAKE, write_session
 
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import load_body_model
 from pose_core.errors import InputError
 from pose_core.session.extrinsics import extrinsics_from_map

@@ -8,11 +8,9 @@ from pose_evaluation.range_of_motion import AngleRange
 from pose_evaluation.scores import AngleScore, Evaluation, MethodScores
 from pose_evaluation.stability import BONES
 from pose_evaluation.table import (
-    largest,
     nearest_zero,
     number,
     number_row,
-    smallest,
 )
 from pose_evaluation.uncertainty import Coverage
 from pose_view.report.tables.accuracy import accuracy_tables, coverage_table, overview_table
@@ -175,7 +173,7 @@ def test_numbers_have_a_true_minus_and_no_signed_zero():
 
 @pytest.mark.parametrize(
     ("judge", "best"),
-    [(smallest, 0), (largest, 2), (nearest_zero, 1)],
+    [(min, 0), (max, 2), (nearest_zero, 1)],
     ids=["smallest", "largest", "nearest_zero"],
 )
 def test_the_best_value_is_selected_by_the_given_function(judge, best):
@@ -184,5 +182,5 @@ def test_the_best_value_is_selected_by_the_given_function(judge, best):
 
 
 def test_equal_as_shown_are_equally_good():
-    row = number_row("x", [1.01, 1.04, 2.0], 1, smallest)
+    row = number_row("x", [1.01, 1.04, 2.0], 1, min)
     assert [cell.is_best for cell in row.cells] == [True, True, False]

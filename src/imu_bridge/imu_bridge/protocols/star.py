@@ -45,7 +45,6 @@ from pose_core.counters import Counters
 SYNC = b"\xa5\x5a"
 KIND_SAMPLE = 0x11
 MAX_PAYLOAD_BYTES = 64
-SEQUENCE_MODULUS = 1 << 16
 CLOCK_MODULUS_US = 1 << 32
 
 FULL_SCALE_COUNTS = 32768  # [-] an i16 spans one range to each side

@@ -21,12 +21,10 @@ from pose_bench.faults.fault import (
     silent,
 )
 from pose_bench.faults.packets import Frame, Packet, Person
-from pose_core.joints import JOINTS
+from pose_core.joints import JOINTS, OTHER_SIDE
 
 R, L, B = ("right",), ("left",), CAMERAS
-MIRRORED = tuple(
-    n.replace("left", "*").replace("right", "left").replace("*", "right") for n in JOINTS
-)
+MIRRORED = tuple(JOINTS[other] for other in OTHER_SIDE)
 
 
 def _all(value: float) -> Callable[[np.ndarray, Window], np.ndarray]:

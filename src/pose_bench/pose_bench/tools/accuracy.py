@@ -14,7 +14,7 @@ from pose_bench.kinectmultitrack import OtherView
 from pose_bench.one_camera import RAW
 from pose_bench.pool import add_jobs_argument, run_all
 from pose_bench.tables import TextTable
-from pose_bench.tools.showing import output_folder, publish
+from pose_bench.tools.showing import publish
 from pose_bench.uiprmd import AngleAgreement
 from pose_core.errors import InputError
 from pose_evaluation.tables import csv_text
@@ -65,11 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
             views = run_kinectmultitrack(arguments.kinectmultitrack, **options)
             tables.append(kinectmultitrack.table(views))
             files["accuracy_kinectmultitrack.csv"] = rows_csv(views)
-    publish(tables, "Accuracy", arguments.output, "accuracy.md")
+    publish(tables, "Accuracy", arguments.output, "accuracy.md", **files)
     if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            for name, text in files.items():
-                (folder / name).write_text(text)
         print(f"{arguments.output}: {', '.join((*files, 'accuracy.md'))}")
     return 0
 

@@ -13,7 +13,7 @@ from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
 from pose_bench.pool import add_jobs_argument, run_all
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_core.api import FusionParameters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
@@ -81,11 +81,8 @@ def run(arguments: argparse.Namespace) -> int:
     tables = [summary_table(scores, f"Captured people, {len(chosen)} sessions")]
     if not (arguments.imu_sets or arguments.ablation):
         tables.append(source_table(scores, BY_SOURCE))
-    show(tables)
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "captured.md").write_text(document(SUMMARY, tables))
-            (folder / "captured.csv").write_text(captured_csv(scores))
+    rows = {"captured.csv": captured_csv(scores)}
+    publish(tables, SUMMARY, arguments.output, "captured.md", **rows)
     return _report_failures(scores, console)
 
 

@@ -15,7 +15,7 @@ from pose_core.finite_numbers import mean_known
 from pose_core.joints import LIMB_ENDS, SIDES
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.agreement import view_agreement
-from pose_evaluation.scores import score_method
+from pose_evaluation.scores import HIPS_AND_KNEES, score_method
 from pose_evaluation.stability import bone_length_cv_percent
 from pose_sim.choreography import STILL
 from pose_sim.scene import SENSORS, SceneParameters
@@ -24,11 +24,7 @@ from pose_sim.session import NOISE_PRESETS
 SUMMARY = "errors of the virtual Kinects beside those published of real Kinects"
 TITLE = "Virtual and real Kinects"
 DURATION_S = 60.0  # [s] of each session
-LEG_ANGLES = tuple(
-    f"{side}_{angle}"
-    for angle in ("hip_flexion", "hip_abduction", "knee_flexion")
-    for side in SIDES
-)
+LEGS = HIPS_AND_KNEES
 KNEES = tuple(f"{side}_knee_flexion" for side in SIDES)
 SHOULDERS = tuple(f"{side}_shoulder_abduction" for side in SIDES)
 ELBOWS = tuple(f"{side}_elbow_flexion" for side in SIDES)
@@ -36,10 +32,10 @@ FACING, ASIDE = SENSORS
 MARCHING = (JUDGED_FROM_S, DURATION_S - 1.0)  # [s]
 
 ANGLE_FIGURES = (
-    ("side leg lift, jump: 6 leg angles", "leg_lift_jump", LEG_ANGLES, FACING, "13.7°, r 0.78 [1]"),
-    ("the same, sensor aside", "leg_lift_jump", LEG_ANGLES, ASIDE, "15.6°, r 0.76 [1]"),
-    ("side leg lift, march: the same", "leg_lift_march", LEG_ANGLES, FACING, "33.0°, r 0.42 [1]"),
-    ("the same, sensor aside", "leg_lift_march", LEG_ANGLES, ASIDE, "37.4°, r 0.45 [1]"),
+    ("side leg lift, jump: 6 leg angles", "leg_lift_jump", LEGS, FACING, "13.7°, r 0.78 [1]"),
+    ("the same, sensor aside", "leg_lift_jump", LEGS, ASIDE, "15.6°, r 0.76 [1]"),
+    ("side leg lift, march: the same", "leg_lift_march", LEGS, FACING, "33.0°, r 0.42 [1]"),
+    ("the same, sensor aside", "leg_lift_march", LEGS, ASIDE, "37.4°, r 0.45 [1]"),
     ("squat: knee", "squats", KNEES, FACING, "6.2° [2]"),
     ("march: knee", "leg_lift_march", KNEES, FACING, "hurdle step 11.5°, inline lunge 16.6° [2]"),
     ("arm raises: shoulder abduction", "arm_raises", SHOULDERS, FACING, "abduction 10° [2]"),

@@ -1,7 +1,6 @@
 """Printing and writing the tables of benchmarks."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 from pose_bench.tables import TextTable
@@ -17,26 +16,29 @@ def show(tables: Sequence[TextTable]) -> None:
         console.print()
 
 
-def publish(tables: Sequence[TextTable], title: str, folder: Path | None, name: str) -> None:
-    """Print tables, and write them as a Markdown file ``name`` where a folder is given."""
+def publish(
+    tables: Sequence[TextTable], title: str, folder: Path | None, name: str, **others: str
+) -> None:
+    """Print tables, and write them as a Markdown file ``name`` where a folder is given.
+
+    Args:
+        tables: The tables.
+        title: The document's heading.
+        folder: Folder of the files, made if needed; None: nothing is written.
+        name: The document's file.
+        **others: Contents of further files by their names.
+
+    Raises:
+        InputError: If the folder, or a file in it, cannot be written.
+    """
     show(tables)
     if folder is not None:
-        with output_folder(folder):
-            (folder / name).write_text(document(title, tables))
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            for file, text in {name: document(title, tables), **others}.items():
+                (folder / file).write_text(text)
 
 
 def document(title: str, tables: Sequence[TextTable]) -> str:
     """Tables as one Markdown document."""
     return "\n".join([f"# {title}", "", *(table.table.markdown() for table in tables)])
-
-
-@contextmanager
-def output_folder(folder: Path) -> Iterator[Path]:
-    """Create a folder if needed, for writing.
-
-    Raises:
-        InputError: If the folder, or a file in it, cannot be written.
-    """
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        yield folder

@@ -12,7 +12,7 @@ import numpy as np
 from pose_bench.faults.judging import Poses
 from pose_calibration.imus.section import alignments_document
 from pose_calibration.live.live_calibration import LiveCalibration
-from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import (
     BodyShape,
     EstimateBlock,

@@ -1,9 +1,7 @@
 """``./pose bench speed``: how long one update takes, against the same filter written plainly."""
 
 import argparse
-from pathlib import Path
 
-import matplotlib
 from rich.console import Console
 
 from pose_bench.speed import (
@@ -18,7 +16,7 @@ from pose_bench.speed import (
     update_timings,
 )
 from pose_bench.tables import TextTable, number
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 
 SUMMARY = "how long one update takes, against plainly written filters, and how the cost grows"
 QUICK_SHARE = 20  # one in so many repeats is run by --quick
@@ -40,11 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
         status.update("measuring how the cost grows")
         points = growth(max(GROWTH_FRAMES // share, 20))
     tables = [_update_table(timings), _growth_table(points)]
-    show(tables)
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "speed.md").write_text(document("Speed", tables))
-            _plot(points, folder / "speed_growth.png")
+    publish(tables, "Speed", arguments.output, "speed.md")
     return 0
 
 
@@ -73,20 +67,3 @@ def _growth_table(points: dict[str, list[tuple[int, float]]]) -> TextTable:
         cost = ", ".join(f"{n}: {number(ms, 1)}" for n, ms in each)
         table.rows.append([what, cost, number(exponent(each), 2)])
     return table
-
-
-def _plot(points: dict[str, list[tuple[int, float]]], path: Path) -> None:
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
-
-    figure, axes = plt.subplots(1, len(points), figsize=(12.0, 3.5), layout="constrained")
-    for axis, (what, each) in zip(axes, points.items(), strict=True):
-        axis.plot(*zip(*each, strict=True), "o-", color="#0072b2")
-        axis.set_xlabel(f"number of {what}")
-        axis.set_ylabel("CPU time per second of data [ms]")
-        axis.set_ylim(bottom=0.0)
-        axis.xaxis.get_major_locator().set_params(integer=True)
-        axis.set_title(f"exponent {exponent(each):.2f}")
-        axis.grid(alpha=0.3)
-    figure.savefig(path, dpi=110)
-    plt.close(figure)

@@ -25,10 +25,9 @@ from pose_core.api import (
     SkeletonSample,
     extrinsics_from_map,
 )
-from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
-from pose_core.stamps import nanoseconds
 from pose_evaluation.stream_quality import AngleStream, StreamQuality, measure_stream, stream_of
+from pose_io.bag_samples import read_estimates
 from pose_io.bags import BagReader, open_bag
 from pose_io.recordings.formats import read_recording
 from pose_io.robot_motion import read_joint_motion
@@ -71,8 +70,10 @@ def published_stream(path: Path) -> AngleStream:
         motion = read_joint_motion(bag, f"{body}/joint_states")
         if motion is None or len(motion.stamps_ns) < 2:
             raise InputError(f"{path} holds no /{body}/joint_states: record what the fusion sends")
-        stddev = _deviations(bag, f"/{body}/estimate")
+        estimates = read_estimates(bag, "subject")
         limits = _limits(bag, f"/{body}/urdf")
+    angles = estimates.position_stddev[:, ROOT_DOF:]
+    stddev = dict(zip(estimates.stamps_ns.tolist(), angles, strict=True))
     unknown = np.full(len(motion.joints), np.nan)
     return AngleStream(
         stamps_ns=motion.stamps_ns,
@@ -82,15 +83,6 @@ def published_stream(path: Path) -> AngleStream:
         stddev=np.array([stddev.get(stamp, unknown) for stamp in motion.stamps_ns.tolist()]),
         limits=np.array([limits[name] for name in motion.joints]),
     )
-
-
-def _deviations(bag: BagReader, topic: str) -> dict[int, FloatArray]:
-    """Standard deviations of the joint angles [rad], (d,), by stamp [ns]."""
-    estimates = (bag.deserialize(message) for message in bag.messages([topic]))
-    return {
-        nanoseconds(estimate.header.stamp): np.asarray(estimate.position_stddev)[ROOT_DOF:]
-        for estimate in estimates
-    }
 
 
 def _limits(bag: BagReader, topic: str) -> dict[str, tuple[float, float]]:

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from pose_calibration.board.camera import Camera
 from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
-from pose_core.api import FloatArray
+from pose_core.api import FloatArray, rigid_transform
 
 SOFT_PX = 0.3  # [px] residual beyond which the loss is linear
 CORNER_STDDEV_PX = 0.05  # [px] lower bound of a corner's standard deviation
@@ -167,7 +167,4 @@ def _vector(T: FloatArray) -> FloatArray:
 
 
 def _matrix(vector: FloatArray) -> FloatArray:
-    T = np.eye(4)
-    T[:3, :3] = Rotation.from_rotvec(vector[:3]).as_matrix()
-    T[:3, 3] = vector[3:]
-    return T
+    return rigid_transform(Rotation.from_rotvec(vector[:3]).as_matrix(), vector[3:])

@@ -11,7 +11,7 @@ import numpy as np
 from pose_calibration.board.coverage import coverage
 from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
-from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
 from pose_core.plain_yaml import read_yaml

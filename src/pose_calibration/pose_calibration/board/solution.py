@@ -13,8 +13,8 @@ from pose_calibration.board.camera import Camera, estimate_camera
 from pose_calibration.board.coverage import Coverage, coverage
 from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
-from pose_calibration.rigid_transform import CalibrationError
-from pose_core.api import FloatArray, inverse
+from pose_calibration.geometry.rigid_transform import CalibrationError
+from pose_core.api import FloatArray, inverse, rigid_transform
 
 LEAST_PAIRS = 4  # [-] common instants required to link two cameras
 FAR_M, FAR = 0.05, np.radians(2.5)  # [m], [rad] smallest distance of an outlier from the median
@@ -119,10 +119,7 @@ def _board_pose(board: Board, camera: Camera, view: BoardView) -> FloatArray:
         camera.distortion,
         flags=cv2.SOLVEPNP_IPPE,
     )
-    T = np.eye(4)
-    T[:3, :3] = cv2.Rodrigues(turn)[0]
-    T[:3, 3] = shift.ravel()
-    return T
+    return rigid_transform(cv2.Rodrigues(turn)[0], shift.ravel())
 
 
 def _linked(
@@ -171,11 +168,9 @@ def _median_transform(words: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]
     turned = (turns * nearest.inv()).magnitude()
     far = off > np.maximum(FAR_M, FAR_DEVIATIONS * np.median(off))
     far |= turned > np.maximum(FAR, FAR_DEVIATIONS * np.median(turned))
-    T = np.eye(4)
     kept = ~far if (~far).any() else np.ones(len(far), bool)
-    T[:3, :3] = turns[kept].mean().as_matrix()
-    T[:3, 3] = np.median(words[kept, :3, 3], axis=0)
-    return T, far
+    position = np.median(words[kept, :3, 3], axis=0)
+    return rigid_transform(turns[kept].mean().as_matrix(), position), far
 
 
 def _refine(

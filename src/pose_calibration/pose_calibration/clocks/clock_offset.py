@@ -19,7 +19,7 @@ from pose_calibration.clocks.joint_delays import (
     estimate_delay,
 )
 from pose_calibration.clocks.motion_track import Track, track_of, without_slow
-from pose_calibration.rigid_transform import (
+from pose_calibration.geometry.rigid_transform import (
     CalibrationError,
     RobustFit,
     estimate_rigid_transform_robustly,

@@ -13,10 +13,10 @@ import numpy as np
 from pose_calibration.extrinsics.frame_memory import FrameMemory
 from pose_calibration.extrinsics.joint_refinement import JointRefinement, Refinement
 from pose_calibration.extrinsics.pair_fits import spanning_transforms
+from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.floor.floor import estimate_floor
 from pose_calibration.floor.gravity import Gravity
-from pose_calibration.parameters import CalibrationParameters
-from pose_calibration.rigid_transform import CalibrationError, spread
+from pose_calibration.geometry.rigid_transform import CalibrationError, spread
 from pose_core.api import AlignedFrame, Extrinsics, FloatArray, PairResiduals, inverse, transformed
 from pose_core.errors import ParameterError
 from pose_core.joints import JOINTS

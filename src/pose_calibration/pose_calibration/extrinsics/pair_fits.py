@@ -7,20 +7,15 @@ such frames are detected and corrected first.
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_calibration.rigid_transform import (
+from pose_calibration.geometry.rigid_transform import (
     CalibrationError,
     RobustFit,
     estimate_rigid_transform_robustly,
 )
 from pose_core.api import FloatArray, transformed
 from pose_core.finite_numbers import nan_mean
-from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.joints import JOINTS, OTHER_SIDE
 
-OTHER_SIDE = [
-    JOINT_INDEX[name.replace("left_", "#").replace("right_", "left_").replace("#", "right_")]
-    for name in JOINTS
-]
-"""Index of each joint's mirror image."""
 LATERAL = [index for index, other in enumerate(OTHER_SIDE) if other != index]
 MIDDLE = [index for index, other in enumerate(OTHER_SIDE) if other == index]
 FLIPPED_BELOW = 0.6  # [-] largest ratio of the distances with swapped and with original sides

@@ -39,7 +39,7 @@ from pose_calibration.files.file_values import (
     read_vector,
     rounded,
 )
-from pose_core.api import BoardResiduals, Extrinsics, FloatArray, PairResiduals
+from pose_core.api import BoardResiduals, Extrinsics, FloatArray, PairResiduals, rigid_transform
 from pose_core.atomic_file import write_atomically
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
@@ -48,13 +48,14 @@ from pose_core.plain_yaml import dump_yaml, read_yaml
 VERSION = 3
 READABLE = (1, 2, 3)  # 1 had no view offsets and no sections, 2 offsets but no clocks
 OWN_KEYS = ("version", "reference", "date", "map", "sensors", "clocks", "view_offsets")
+"""Keys of the extrinsics themselves; ``date`` is in older files only."""
 SECTIONS = ("body", "imus")  # written by other modules; there may be more
 ALIKE = 0.8  # [-] similarity (difflib) to a known key above which a key is a typing error
 METRE_DIGITS = 6
 QUATERNION_DIGITS = 9
 
 
-def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
+def save_extrinsics(path: Path, extrinsics: Extrinsics) -> None:
     """Write a calibration atomically; the same one always gives the same bytes.
 
     Other sections of a file that is replaced are kept.
@@ -62,7 +63,6 @@ def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
     Args:
         path: The file; one that exists is replaced.
         extrinsics: The calibration.
-        date: Date of the calibration; left out if empty.
 
     Raises:
         InputError: If it cannot be written.
@@ -70,7 +70,7 @@ def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
     sections = _sections_of(path)
     if extrinsics.body is not None:
         sections["body"] = body_document(extrinsics.body)
-    write_document(path, {**_document(extrinsics, date), **sections})
+    write_document(path, {**_document(extrinsics), **sections})
 
 
 def write_document(path: Path, document: Mapping[str, Any]) -> None:
@@ -172,7 +172,7 @@ def load_extrinsics_of(path: Path, sensors: Sequence[str]) -> Extrinsics:
     return extrinsics
 
 
-def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
+def _document(extrinsics: Extrinsics) -> dict[str, Any]:
     world: dict[str, Any] = _pose(extrinsics.T_map_reference)
     floor = extrinsics.floor
     if floor is not None:
@@ -189,10 +189,12 @@ def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
         if name in extrinsics.board:
             entry["board"] = _board(extrinsics.board[name])
         sensors[name] = entry
-    document: dict[str, Any] = {"version": VERSION, "reference": extrinsics.reference}
-    if date:
-        document["date"] = date
-    document = {**document, "map": world, "sensors": sensors}
+    document: dict[str, Any] = {
+        "version": VERSION,
+        "reference": extrinsics.reference,
+        "map": world,
+        "sensors": sensors,
+    }
     if extrinsics.clocks:
         document["clocks"] = clocks_document(extrinsics.clocks)
     if extrinsics.view_offsets:
@@ -243,8 +245,6 @@ def _mapping(path: Path, parent: Mapping[Any, Any], key: Any) -> Mapping[Any, An
 
 
 def _transform(path: Path, name: Any, entry: Mapping[Any, Any]) -> FloatArray:
-    T = np.eye(4)
-    translation, rotation = entry.get("translation"), entry.get("rotation")
-    T[:3, 3] = read_vector(f"{path}: the translation of '{name}'", translation, 3)
-    T[:3, :3] = read_rotation(f"{path}: the rotation of '{name}'", rotation)
-    return T
+    position = read_vector(f"{path}: the translation of '{name}'", entry.get("translation"), 3)
+    R = read_rotation(f"{path}: the rotation of '{name}'", entry.get("rotation"))
+    return rigid_transform(R, position)

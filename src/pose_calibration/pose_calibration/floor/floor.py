@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_calibration.floor.gravity import Gravity
-from pose_calibration.rigid_transform import CalibrationError
-from pose_core.api import FloatArray, FloorEstimate
+from pose_calibration.geometry.rigid_transform import CalibrationError
+from pose_core.api import FloatArray, FloorEstimate, rigid_transform
 from pose_core.joints import JOINT_INDEX
 
 ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
@@ -207,7 +207,4 @@ def _map_frame(up: FloatArray, height: float) -> FloatArray:
             f"(vertical {np.round(up, 2).tolist()} in its frame): name another sensor first"
         )
     x /= np.linalg.norm(x)
-    T = np.eye(4)
-    T[:3, :3] = [x, np.cross(up, x), up]
-    T[2, 3] = height
-    return T
+    return rigid_transform([x, np.cross(up, x), up], [0.0, 0.0, height])

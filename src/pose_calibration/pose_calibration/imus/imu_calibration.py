@@ -7,12 +7,12 @@ from enum import Enum
 
 import numpy as np
 
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.imus.alignment_fit import fit_alignments
 from pose_calibration.imus.explaining import Explanations, explain
 from pose_calibration.imus.guidance import how_to_move, wanted_stddev, what_is_missing
 from pose_calibration.imus.observations import ImuObservations, ObservationRecorder
 from pose_calibration.imus.parameters import ImuCalibrationParameters
-from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
     Clocks,
     Extrinsics,

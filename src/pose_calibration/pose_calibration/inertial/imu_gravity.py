@@ -20,8 +20,8 @@ import numpy as np
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S
 from pose_calibration.floor.gravity import Gravity
+from pose_calibration.geometry.rigid_transform import TUKEY
 from pose_calibration.inertial.imu_motion import ImuVertical, View
-from pose_calibration.rigid_transform import TUKEY
 from pose_core.api import FloatArray
 from pose_core.finite_numbers import MAD_TO_STDDEV
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS

@@ -6,12 +6,12 @@ from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_calibration.floor.gravity import AccelerometerGravity
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.live.guidance import what_is_missing
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_calibration.live.sample_memory import SampleMemory
-from pose_calibration.parameters import LiveCalibrationParameters
-from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
     Clocks,
     Extrinsics,

@@ -9,8 +9,8 @@ from pose_calibration.inertial.imu_clock import ImuFindings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.live.collection import COUNTERS, Collection
 from pose_calibration.live.monitoring import Monitoring
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_calibration.live.watchdog import Moved
-from pose_calibration.parameters import LiveCalibrationParameters
 from pose_calibration.people.calibration_person import CalibrationPerson
 from pose_core.api import Clocks, Extrinsics, FloatArray, ImuBlock, SkeletonSample
 from pose_core.counters import Counters

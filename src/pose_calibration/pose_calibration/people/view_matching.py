@@ -12,7 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pose_calibration.clocks.motion_track import Track, track_of
-from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform_robustly
+from pose_calibration.geometry.rigid_transform import (
+    CalibrationError,
+    estimate_rigid_transform_robustly,
+)
 from pose_core.api import (
     Clock,
     Clocks,

@@ -17,7 +17,7 @@ from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
 from pose_core.finite_numbers import MAD_TO_STDDEV
-from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_core.joints import JOINT_INDEX, JOINTS, OTHER_SIDE, SIDES
 from pose_core.plain_yaml import dump_yaml, read_yaml
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
@@ -122,9 +122,7 @@ def _upright(in_trunk: FloatArray) -> FloatArray:
 def _symmetric(offsets: FloatArray) -> FloatArray:
     """Make the body symmetric: trackers have larger errors than real bodies have asymmetries."""
     mirrored = offsets * [1.0, -1.0, 1.0]
-    swapped = {"left": "right", "right": "left"}
-    others = ["_".join(swapped.get(part, part) for part in joint.split("_")) for joint in JOINTS]
-    return 0.5 * (offsets + mirrored[[JOINT_INDEX[joint] for joint in others]])
+    return 0.5 * (offsets + mirrored[OTHER_SIDE])
 
 
 def _robust_mean(name: str, values: FloatArray) -> float:

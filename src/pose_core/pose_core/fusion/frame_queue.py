@@ -5,7 +5,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
+from pose_core.stamps import NS_PER_S, newest_of
 from pose_core.streams.frame_order import FrameOrder
 from pose_core.streams.samples import SkeletonSample
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
@@ -30,13 +30,11 @@ class CameraLag:
         """Note a camera's frame."""
         self._lags_ns.append(max(self.newest_imu_ns - stamp_ns, 0))
         self._intervals_ns.append(max(stamp_ns - self._newest_seen_ns, 0))
-        is_set_back = stamp_ns < self._newest_seen_ns - JUMP_BACK_NS
-        self._newest_seen_ns = stamp_ns if is_set_back else max(self._newest_seen_ns, stamp_ns)
+        self._newest_seen_ns = newest_of(self._newest_seen_ns, stamp_ns)
 
     def note_frame(self, stamp_ns: int) -> None:
         """Note a frame to be estimated, with or without a camera."""
-        is_set_back = stamp_ns < self._newest_frame_ns - JUMP_BACK_NS
-        self._newest_frame_ns = stamp_ns if is_set_back else max(self._newest_frame_ns, stamp_ns)
+        self._newest_frame_ns = newest_of(self._newest_frame_ns, stamp_ns)
 
     def begins_ns(self) -> int:
         """The instant after which the IMUs give the next frame."""
@@ -135,5 +133,4 @@ class FrameQueue:
 
     def _update_newest(self, stamp_ns: int) -> None:
         self.first_ns = self.first_ns or stamp_ns
-        is_set_back = stamp_ns < self.newest_ns - JUMP_BACK_NS  # a recording that loops
-        self.newest_ns = stamp_ns if is_set_back else max(self.newest_ns, stamp_ns)
+        self.newest_ns = newest_of(self.newest_ns, stamp_ns)

@@ -4,15 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.joints import OTHER_SIDE
 
-OTHER_SIDE = np.array(
-    [
-        JOINT_INDEX[name.replace("left_", "#").replace("right_", "left_").replace("#", "right_")]
-        for name in JOINTS
-    ]
-)
-"""Index of each joint's mirror image."""
 FARTHEST_M = 1.0  # [m] a joint farther away is as wrong as one at this distance
 LEAST_JOINTS = 4  # [-] in common
 MIRRORED_M = 0.05  # [m] by which exchanged sides must agree better

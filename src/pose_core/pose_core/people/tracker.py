@@ -12,8 +12,9 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
+from pose_core.joints import OTHER_SIDE
 from pose_core.people.association import GATE_M, associate
-from pose_core.people.distances import OTHER_SIDE, centres
+from pose_core.people.distances import centres
 from pose_core.people.duplicate_tracks import DuplicateTracks
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import Reidentification

@@ -12,7 +12,7 @@ from math import inf
 from statistics import median
 from typing import Generic, TypeVar
 
-from pose_core.stamps import JUMP_BACK_NS
+from pose_core.stamps import JUMP_BACK_NS, newest_of
 
 T = TypeVar("T")
 
@@ -87,7 +87,7 @@ class FrameOrder(Generic[T]):
             ready = self.flush()
             self._periods.clear()
             self._released_ns = period = None
-        self._note_newest(stamp_ns)
+        self._newest_ns = newest_of(self._newest_ns, stamp_ns)
         if period is None:
             self._periods[sensor] = FramePeriod(stamp_ns)
         elif stamp_ns > period.newest_ns:
@@ -100,12 +100,8 @@ class FrameOrder(Generic[T]):
 
     def insert(self, stamp_ns: int, frame: T) -> list[T]:
         """Add a frame of no sensor; it waits as the others do, and none waits for it."""
-        self._note_newest(stamp_ns)
+        self._newest_ns = newest_of(self._newest_ns, stamp_ns)
         return self._hold(stamp_ns, frame, is_sensors=False)
-
-    def _note_newest(self, stamp_ns: int) -> None:
-        is_set_back = stamp_ns < self._newest_ns - JUMP_BACK_NS
-        self._newest_ns = stamp_ns if is_set_back else max(self._newest_ns, stamp_ns)
 
     def _hold(self, stamp_ns: int, frame: T, *, is_sensors: bool) -> list[T]:
         """Hold a frame; return those that need not wait."""

@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
 from pose_calibration.live.live_calibration import LiveCalibration
-from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import Clock, Clocks, Extrinsics
 from pose_core.counters import Counters
 from pose_core.errors import InputError

@@ -6,8 +6,8 @@ from functools import partial
 
 from rclpy.parameter import Parameter
 
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.live.live_calibration import LiveCalibration
-from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import Extrinsics
 from pose_fusion.nodes.calibration import CalibrationNode
 from pose_node.nodes.running import node_of_tool

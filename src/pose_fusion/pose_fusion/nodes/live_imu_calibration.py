@@ -10,9 +10,9 @@ from rclpy.node import Node
 from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
 
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult, Phase
 from pose_calibration.imus.parameters import ImuCalibrationParameters
-from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
     ChosenPerson,
     Clock,

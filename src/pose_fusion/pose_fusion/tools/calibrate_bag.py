@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.progress import TimeRemainingColumn
 from rich.table import Table
 
+from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.inertial.imu_clock import ImuFindings
-from pose_calibration.parameters import CalibrationParameters
 from pose_calibration.session_calibration import SessionCalibration, calibrate_people
 from pose_core.api import IMUS, PairResiduals
 from pose_core.errors import InputError
@@ -38,18 +38,6 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--sensors", nargs="+", metavar="NAME", help="the reference first (default: all, by name)"
-    )
-    parser.add_argument(
-        "--date",
-        default="",
-        help="written into the file, for information (default: none, so that the "
-        "same bag gives the same bytes)",
-    )
-    parser.add_argument(
-        "--clock-offsets",
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help="also find the offsets between the sensors' clocks (default: yes)",
     )
     add_arguments(parser.add_argument_group("parameters"), CalibrationParameters)
     return parser
@@ -76,8 +64,6 @@ def calibrate_bag(
     bag: BagReader,
     sensors: Sequence[str],
     parameters: CalibrationParameters,
-    *,
-    find_clock_offsets: bool = True,
 ) -> SessionCalibration:
     """Calibrate the session that a bag holds.
 
@@ -90,9 +76,7 @@ def calibrate_bag(
         frames = BagFrames(bag, lambda share: progress.update(task, completed=share))
         everything = list(frames)
         progress.update(task, description="solving", total=None)
-        return calibrate_people(
-            everything, sensors, parameters, find_clock_offsets=find_clock_offsets
-        )
+        return calibrate_people(everything, sensors, parameters)
 
 
 def agreement_table(session: SessionCalibration) -> Table:
@@ -126,9 +110,7 @@ def _cm(length: float) -> str:
 
 
 def _ahead(session: SessionCalibration, sensor: str) -> str:
-    offset = session.clock_offsets.get(sensor)
-    if offset is None:
-        return "not sought"
+    offset = session.clock_offsets[sensor]
     if not offset.observable:
         return "not observable"
     text = f"{offset.estimate_s * 1e3:.0f} ± {offset.stddev_s * 1e3:.0f} ms"
@@ -154,10 +136,8 @@ def main(given: list[str]) -> None:
     check_folder_of(arguments.output)
     with open_bag(arguments.in_bag) as bag:
         sensors = choose_sensors(bag, arguments.sensors)
-        session = calibrate_bag(
-            bag, sensors, parameters, find_clock_offsets=arguments.clock_offsets
-        )
-    save_extrinsics(arguments.output, session.extrinsics, arguments.date)
+        session = calibrate_bag(bag, sensors, parameters)
+    save_extrinsics(arguments.output, session.extrinsics)
     console = Console(soft_wrap=True)
     console.print(agreement_table(session))
     if session.people_line:

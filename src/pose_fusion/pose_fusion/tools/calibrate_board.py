@@ -87,7 +87,6 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--height", type=float, help="of the reference above the floor [m]")
     parser.add_argument("--tilt", type=float, help="of the reference, downwards [deg]")
-    parser.add_argument("--date", default="", help="written into the file, for information")
     add_arguments(parser.add_argument_group("board"), BoardParameters)
     return parser
 
@@ -240,7 +239,7 @@ def run(arguments: argparse.Namespace) -> None:
         ),
         _floor_instant(arguments.floor_view, found.names),
     )
-    save_extrinsics(arguments.output, extrinsics, arguments.date)
+    save_extrinsics(arguments.output, extrinsics)
     _print_result(calibration, extrinsics, found)
     print(f"{arguments.output}: {', '.join(extrinsics.sensors)}")
 

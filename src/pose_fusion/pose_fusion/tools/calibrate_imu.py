@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.imus.section import save_alignments
-from pose_calibration.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import Extrinsics
 from pose_core.parameters import add_arguments, from_arguments
@@ -49,7 +49,6 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="save the other sensors although some are at fault",
     )
-    parser.add_argument("--date", default="", help="written into a new file, for information")
     add_arguments(parser.add_argument_group("parameters"), ImuCalibrationParameters)
     return parser
 
@@ -150,7 +149,7 @@ def main(arguments: list[str]) -> None:
         result, placed = _live(parameters, extrinsics, given.timeout)
     _report(result, given.keep_going)
     if extrinsics is None:
-        save_extrinsics(given.output, placed, given.date)
+        save_extrinsics(given.output, placed)
     save_alignments(given.output, result.usable)
     print(f"{given.output}: {', '.join(result.usable)}")
 

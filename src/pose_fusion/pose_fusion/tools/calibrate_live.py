@@ -8,7 +8,7 @@ from rich.console import Console
 
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.live.live_calibration import LiveCalibration
-from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments, specs
@@ -24,7 +24,6 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--timeout", type=float, default=180.0, help="give up after so long [s] (default: 180)"
     )
-    parser.add_argument("--date", default="", help="written into the file, for information")
     add_arguments(parser.add_argument_group("parameters"), LiveCalibrationParameters)
     return parser
 
@@ -51,7 +50,7 @@ def main(arguments: list[str]) -> None:
             progress.update(task, completed=calibration.progress, description=text)
 
         extrinsics = calibrate_live(changed, given.timeout, show)
-    save_extrinsics(given.output, extrinsics, given.date)
+    save_extrinsics(given.output, extrinsics)
     for name, pair in extrinsics.residuals.items():
         ahead_ms = extrinsics.clocks.get(name, Clock()).offset_ns * 1e-6
         print(

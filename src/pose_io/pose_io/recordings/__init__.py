@@ -1,1 +1,1 @@
-"""Recordings of skeletons: formats, clocks, joint maps, and conversion to a bag."""
+"""Recordings of skeletons: formats, clocks, joint maps."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.joints import JOINT_INDEX
+from pose_core.joints import OTHER_SIDE
 from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.rotations import about_z
 
@@ -54,11 +54,7 @@ def residual_table() -> ResidualTable:
 
 def mirrored(vectors: FloatArray) -> FloatArray:
     """Mirror vectors left to right, (n, 15, 3), in axes fixed to the person."""
-    order = [
-        JOINT_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")]
-        for name in JOINT_INDEX
-    ]
-    return vectors[:, order] * MIRROR
+    return vectors[:, OTHER_SIDE] * MIRROR
 
 
 def posture_axes(positions: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_core.api import ImuSample, SkeletonSample
+from pose_core.api import ImuSample, SkeletonSample, rigid_transform
 from pose_core.arrays import FloatArray
 from pose_sim.captured.clip import RATE, Clip
 from pose_sim.captured.clips import chain, heading, read_clip, spun
@@ -136,7 +136,4 @@ def looking_at(place: FloatArray, target: FloatArray) -> FloatArray:
     z = (target - place) / np.linalg.norm(target - place)
     x = np.cross(z, [0.0, 0.0, 1.0])
     x /= np.linalg.norm(x)
-    T = np.eye(4)
-    T[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-    T[:3, 3] = place
-    return T
+    return rigid_transform(np.stack([x, np.cross(z, x), z], axis=1), place)

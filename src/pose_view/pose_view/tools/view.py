@@ -39,24 +39,20 @@ MOST_PEOPLE = 6
 IDLE_S = 0.1  # [s] between checks for browsers
 
 
-def missing_bodies(
-    recorded: Recorded, bodies: tuple[str, ...], bag: BagReader, *, alone: bool = True
-) -> dict[str, str]:
+def missing_bodies(recorded: Recorded, bodies: tuple[str, ...], bag: BagReader) -> dict[str, str]:
     """The bodies that can be computed from a bag and were not recorded, each with its kind.
 
     Args:
         recorded: Content of the bag.
         bodies: Requested ids.
         bag: The open bag.
-        alone: Whether bodies of one kind of sensor are requested too.
     """
     if not recorded.has_raw:
         return {}
     has_imus, is_raw = bool(imu_topics(bag)), not recorded.bodies
     kinds = {FUSED} if is_raw else set()
-    if alone:
-        # Without IMUs, the cameras alone are the same as the fusion.
-        kinds |= {"kinect", "imu"} if has_imus else set() if is_raw else {"kinect"}
+    # Without IMUs, the cameras alone are the same as the fusion.
+    kinds |= {"kinect", "imu"} if has_imus else set() if is_raw else {"kinect"}
     found = {}
     for body in bodies:
         ending = body.rpartition("_")[2]
@@ -119,7 +115,6 @@ def view(words: Sequence[str]) -> int:
     recorded = read(
         options.bag,
         parameters.bodies,
-        alone=options.alone,
         person=options.person,
         max_people=options.max_people,
     )
@@ -138,7 +133,6 @@ def read(
     path: Path,
     bodies: tuple[str, ...],
     *,
-    alone: bool = True,
     person: str = "first",
     max_people: int = 1,
 ) -> Recorded:
@@ -147,7 +141,6 @@ def read(
     Args:
         path: A bag or a recording of skeletons.
         bodies: Ids of the requested bodies.
-        alone: Whether bodies of one kind of sensor are requested too.
         person: The subject, by the rule of :class:`PersonChoice`.
         max_people: How many people's poses are computed.
     """
@@ -160,7 +153,7 @@ def read(
             return lambda share: progress.update(number, completed=share)
 
         recorded = Recorded(bag, task("reading"))
-        missing = missing_bodies(recorded, bodies, bag, alone=alone)
+        missing = missing_bodies(recorded, bodies, bag)
         if not missing:
             return recorded
         fusion = FusionParameters(sensors=tuple(sensor_topics(bag)), person=person)
@@ -215,12 +208,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "bag", nargs="?", metavar="BAG", type=Path, help="a bag or a recording of skeletons"
-    )
-    parser.add_argument(
-        "--alone",
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help="compute the bodies of cameras alone and IMUs alone, where they were not recorded",
     )
     parser.add_argument(
         "--person",

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from pose_core.errors import InputError
-from pose_io.file_content import read_beginning
 from pose_io.recordings.formats import (
     azure_csv,
     azure_json,
@@ -13,6 +12,7 @@ from pose_io.recordings.formats import (
     uiprmd,
     utd_mhad,
 )
+from pose_io.recordings.formats.file_content import read_beginning
 from pose_io.recordings.formats.format import Format
 from pose_io.recordings.formats.table import read_header
 from pose_io.recordings.recording import Recording

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_io.file_content import read_content
+from pose_io.recordings.formats.file_content import read_content
 from pose_io.recordings.formats.format import Format
 from pose_io.recordings.formats.sdk_rows import MAX_PEOPLE, SdkRows
 from pose_io.recordings.joint_map_files import shipped_joint_map

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.errors import InputError, one_line
-from pose_io.file_content import MAX_TABLE_BYTES, read_content
+from pose_io.recordings.formats.file_content import MAX_TABLE_BYTES, read_content
 
 
 def read_numbers(path: Path, columns: int, meaning: str) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from pose_core.errors import InputError
-from pose_io.file_content import MAX_TABLE_BYTES, read_beginning, read_content
+from pose_io.recordings.formats.file_content import MAX_TABLE_BYTES, read_beginning, read_content
 
 DIALECT: dict[str, Any] = {"skipinitialspace": True}
 HEAD_BYTES = 1 << 20  # [bytes] that hold comments and header

@@ -7,33 +7,28 @@ from collections.abc import Callable, Mapping
 
 from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
-from pose_evaluation.scores import AngleScore, Evaluation, MethodScores
+from pose_evaluation.scores import HIPS_AND_KNEES, AngleScore, Evaluation, MethodScores
 from pose_evaluation.table import (
     Judge,
     Row,
     Table,
-    largest,
     nearest_zero,
     number,
     number_row,
-    smallest,
     text_row,
 )
 from pose_evaluation.tables import method_label, readable, summary_rows
 from pose_evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
 from pose_view.report.tables.by_part import part_table
 
-HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
-"""The six angles of li2020's tables."""
-
 
 def accuracy_tables(evaluation: Evaluation) -> list[Table]:
     """Tables of correlation, error, bias, limits of agreement, and joint positions."""
     tables = [
         _angle_table(
-            evaluation, "Correlation with the reference: Pearson's r [-]", lambda s: s.r, 3, largest
+            evaluation, "Correlation with the reference: Pearson's r [-]", lambda s: s.r, 3, max
         ),
-        _angle_table(evaluation, "Error: RMSE [deg]", lambda s: s.rmse_deg, 1, smallest),
+        _angle_table(evaluation, "Error: RMSE [deg]", lambda s: s.rmse_deg, 1, min),
         _bias_table(evaluation),
         _limits_table(evaluation),
     ]
@@ -46,14 +41,15 @@ def overview_table(evaluation: Evaluation) -> Table:
     """Overview: one line per figure."""
     methods = evaluation.methods
     mean_rmse, mean_r = [m.mean_rmse_deg for m in methods], [m.mean_r for m in methods]
+    mean_leg_rmse = [m.mean_leg_rmse_deg for m in methods]
     return Table(
         caption="Overview of all methods",
         head="measure",
         columns=tuple(method_label(method.name) for method in methods),
         rows=(
-            number_row("RMSE, mean of 12 angles [deg]", mean_rmse, 1, smallest),
-            number_row("RMSE, hips and knees [deg]", list(map(_leg_rmse, methods)), 1, smallest),
-            number_row("r, mean of the moving angles [-]", mean_r, 3, largest),
+            number_row("RMSE, mean of 12 angles [deg]", mean_rmse, 1, min),
+            number_row("RMSE, hips and knees [deg]", mean_leg_rmse, 1, min),
+            number_row("r, mean of the moving angles [-]", mean_r, 3, max),
             *summary_rows(methods),
         ),
         note=f"Over {evaluation.duration_s:.1f} s that all methods and the reference have in "
@@ -86,10 +82,6 @@ def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | No
         rows=tuple(rows),
         note="Larger shares: errors are smaller than the published uncertainty; smaller: larger.",
     )
-
-
-def _leg_rmse(method: MethodScores) -> float:
-    return mean_known([method.angles[name].rmse_deg for name in HIPS_AND_KNEES])
 
 
 def _angle_table(
@@ -132,7 +124,7 @@ def _bias_table(evaluation: Evaluation) -> Table:
         "Bias: mean of method − reference [deg]",
         "angle",
         _of_angles(evaluation, lambda score: score.bias_deg),
-        [number_row("mean size", sizes, 1, smallest, is_summary=True)],
+        [number_row("mean size", sizes, 1, min, is_summary=True)],
         "Nearest to zero in bold.",
         digits=1,
         best=nearest_zero,
@@ -163,8 +155,8 @@ def _joint_table(evaluation: Evaluation) -> Table:
         "Joint position error [mm]",
         "joint",
         {method.name: method.joint_error_mm for method in evaluation.methods},
-        [number_row("mean (MPJPE)", means, 0, smallest, is_summary=True)],
+        [number_row("mean (MPJPE)", means, 0, min, is_summary=True)],
         "Mean distance after one rigid alignment of the whole recording. Best in bold.",
         digits=0,
-        best=smallest,
+        best=min,
     )

@@ -7,7 +7,7 @@ import numpy as np
 from pose_core.api import AngleSeries, EstimateSeries, Source
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.agreement import MethodStability, angle_differences_deg
-from pose_evaluation.table import Table, number_row, smallest
+from pose_evaluation.table import Table, number_row
 from pose_evaluation.tables import method_label, readable
 from pose_view.report.tables.by_part import part_table
 
@@ -90,6 +90,6 @@ def _with_mean(
     caption: str, head: str, values: Mapping[str, Mapping[str, float]], digits: int
 ) -> Table:
     means = [mean_known(list(each.values())) for each in values.values()]
-    mean = number_row("mean", means, digits, smallest, is_summary=True)
+    mean = number_row("mean", means, digits, min, is_summary=True)
     note = "Smallest in bold."
-    return part_table(caption, head, values, [mean], note, digits=digits, best=smallest)
+    return part_table(caption, head, values, [mean], note, digits=digits, best=min)

@@ -1,0 +1,1 @@
+"""Geometry that all estimates of this package share."""
