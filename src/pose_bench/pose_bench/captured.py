@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from pose_bench.captured_suite import KNOWN
-from pose_bench.scoring import Truth, coverage, dof_errors, truth_of_series
 from pose_calibration.body_measures import measure_body
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
@@ -23,6 +22,8 @@ from pose_core.api import (
     FusionPipeline,
     ImuSample,
     SkeletonSample,
+    SkeletonSeries,
+    angle_series,
     extrinsics_from_map,
     first_pass,
     initial_alignments,
@@ -33,6 +34,7 @@ from pose_core.filter.tuning import FilterTuning
 from pose_core.streams.samples import block_of
 from pose_evaluation.offline import MethodRun, run_pipeline, tracked_series
 from pose_evaluation.scores import MethodScores, score_method
+from pose_evaluation.uncertainty import mean_coverage, uncertainty_coverage
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.session import (
     SENSORS,
@@ -97,11 +99,12 @@ class CapturedScore:
     error: str = ""  # reason for missing figures
 
 
-def truth_of(session: CapturedSession) -> Truth:
-    """The captured joints and angles, evaluated from :data:`JUDGED_FROM_S` on."""
+def truth_of(session: CapturedSession) -> SkeletonSeries:
+    """The captured joints from :data:`JUDGED_FROM_S` on, which are evaluated."""
     positions = session.clip.positions
     stamps_ns = np.array([stamp_of(i / RATE) for i in range(len(positions))])
-    return truth_of_series(tracked_series(stamps_ns, positions), stamp_of(JUDGED_FROM_S))
+    whole = tracked_series(stamps_ns, positions)
+    return whole.between(stamp_of(JUDGED_FROM_S), int(stamps_ns[-1]))
 
 
 def true_extrinsics(session: CapturedSession) -> Extrinsics:
@@ -168,10 +171,10 @@ def score_runs(
 ) -> list[CapturedScore]:
     """Run methods on a session and score them; those that raise a ``PoseError`` have the reason."""
     truth = truth_of(session)
-    if not len(truth.judged):
+    if not len(truth):
         error = f"too short: judged from {JUDGED_FROM_S:g} s on"
         return [replace(label_of(session.spec, method), error=error) for method in methods]
-    baseline = score_method(BASELINE, baseline_run.series, truth.judged)
+    baseline = score_method(BASELINE, baseline_run.series, truth)
     found = []
     for method in methods:
         label = label_of(session.spec, method)
@@ -183,7 +186,7 @@ def score_runs(
         if not len(made.series):
             found.append(replace(label, error="no estimates"))
             continue
-        scores = score_method(method.name, made.series, truth.judged)
+        scores = score_method(method.name, made.series, truth)
         judged = judge(label, scores, baseline, made, truth)
         found.append(with_imus(judged, pipeline) if method.use_imus else judged)
     return found
@@ -226,10 +229,10 @@ def judge(
     scores: MethodScores,
     baseline: MethodScores,
     run: MethodRun,
-    truth: Truth,
+    truth: SkeletonSeries,
 ) -> CapturedScore:
     """Add a method's figures to a score."""
-    within = coverage(dof_errors(run, truth, scores.shift_s))
+    within = mean_coverage(uncertainty_coverage(run.estimates, angle_series(truth), scores.shift_s))
     return replace(
         label,
         rmse_deg=scores.mean_rmse_deg,
@@ -240,8 +243,8 @@ def judge(
         jerk=scores.mean_jerk,
         rmse_ratio=scores.mean_rmse_deg / baseline.mean_rmse_deg,
         mpjpe_ratio=scores.mpjpe_mm / baseline.mpjpe_mm,
-        within_1=within[0],
-        within_2=within[1],
+        within_1=within.within_1,
+        within_2=within.within_2,
     )
 
 

@@ -10,8 +10,6 @@ from pose_core.api import (
     EstimateSeries,
     FloatArray,
     IntArray,
-    SkeletonSeries,
-    joint_angles,
     without_sideways_flexion,
     wrapped,
 )
@@ -30,13 +28,14 @@ class Coverage:
 
 
 def uncertainty_coverage(
-    series: SkeletonSeries, estimates: EstimateSeries, reference: AngleSeries, shift_s: float
+    estimates: EstimateSeries, reference: AngleSeries, shift_s: float
 ) -> dict[str, Coverage]:
-    """Compare the errors of the angles with the standard deviations published for them.
+    """Compare the errors of the published angles with their standard deviations.
+
+    Flexions are left out where the true limb points sideways.
 
     Args:
-        series: The method's joints, whose angles are evaluated.
-        estimates: Its degrees of freedom with standard deviations; those named as angles are used.
+        estimates: The degrees of freedom; those named as angles are used.
         reference: The true angles.
         shift_s: Delay of the method's stamps [s].
 
@@ -45,13 +44,13 @@ def uncertainty_coverage(
     """
     stamps_ns = estimates.stamps_ns - round(shift_s * 1e9)
     expected = without_sideways_flexion(reference.at(stamps_ns))
-    found = joint_angles(series.at(estimates.stamps_ns))
     result = {}
     for angle in ANGLES:
         if angle not in estimates.names:
             continue
-        stddev = estimates.position_stddev[:, estimates.names.index(angle)]
-        error = np.abs(wrapped(found[angle] - expected[angle]))
+        column = estimates.names.index(angle)
+        stddev = estimates.position_stddev[:, column]
+        error = np.abs(wrapped(estimates.position[:, column] - expected[angle]))
         known = np.isfinite(error) & np.isfinite(stddev)
         if known.any():
             result[angle] = _coverage(error[known], stddev[known])

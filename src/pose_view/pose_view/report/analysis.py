@@ -114,9 +114,7 @@ def compare(recording: Recording, reference: Reference) -> Compared:
         left_out=left_out,
         evaluation=evaluation,
         coverage={
-            name: uncertainty_coverage(
-                methods[name], estimates, reference.angles, evaluation.method(name).shift_s
-            )
+            name: uncertainty_coverage(estimates, reference.angles, evaluation.method(name).shift_s)
             for name, estimates in recording.estimates.items()
             if name in methods
         },
