@@ -66,6 +66,36 @@ def test_clock_offsets_are_found_and_taken_off():
     assert angle_deg(calibration.extrinsics.T_reference_sensor["right"], TRUE) < 0.4
 
 
+def arriving(offset_s, duration_s=25.0):
+    """Samples of both sensors as they arrive, the right one's clock ahead by ``offset_s`` [s]."""
+    ahead_ns = {"left": 0, "right": int(offset_s * 1e9)}
+    some = samples(duration_s=duration_s)
+    return [replace(one, stamp_ns=one.stamp_ns + ahead_ns[one.sensor]) for one in some]
+
+
+@pytest.mark.parametrize("offset_s", [-0.3, 0.3])
+def test_clock_offsets_are_found_as_the_samples_arrive(offset_s):
+    calibration = LiveCalibration(LiveCalibrationParameters(collect_duration=20.0))
+    feed(calibration, arriving(offset_s))
+    found_ns = calibration.extrinsics.clocks["right"].offset_ns
+    assert found_ns == pytest.approx(offset_s * 1e9, abs=6_000_000)
+    assert angle_deg(calibration.extrinsics.T_reference_sensor["right"], TRUE) < 0.4
+
+
+@pytest.mark.parametrize(("offset_s", "text"), [(2.3, "2.3 s ahead of"), (-1.5, "1.5 s behind")])
+def test_a_clock_that_is_too_far_from_the_reference_s_is_named(offset_s, text):
+    calibration = LiveCalibration(LiveCalibrationParameters())
+    assert feed(calibration, arriving(offset_s, duration_s=8.0)) == []
+    assert calibration.missing.startswith(f"the clock of 'right' is {text} that of 'left', ")
+
+
+def test_the_reference_s_silence_is_no_difference_of_clocks():
+    calibration = LiveCalibration(LiveCalibrationParameters())
+    some = samples(duration_s=8.0)
+    feed(calibration, [one for one in some if one.sensor == "right" or one.stamp_ns < 2e9])
+    assert "clock" not in calibration.missing
+
+
 def test_a_sensor_that_comes_later_joins():
     poses = {**POSES, "late": sensor_pose(5.0, 0.5, 1.1, 170.0)}
     parameters = LiveCalibrationParameters(sensors=tuple(poses), collect_duration=12.0)

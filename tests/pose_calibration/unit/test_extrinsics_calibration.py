@@ -63,6 +63,20 @@ def test_trackers_of_the_same_scale_do_not_differ_in_scale():
     assert pair.position_stddev < 0.02
 
 
+@pytest.mark.parametrize("sensor", ["left", "right"])
+def test_two_seconds_of_random_joints_are_no_difference_of_scale(sensor):
+    rng = np.random.default_rng(1)
+
+    def leaping(index, frame):
+        joints = rng.uniform(-5.0, 5.0, (15, 3))
+        return with_positions(frame, sensor, joints) if 100 < index < 160 else frame
+
+    some = [leaping(index, frame) for index, frame in enumerate(frames(noise=0.02))]
+    pair = solve(some).residuals["right"]
+    assert not pair.scale_differs
+    assert pair.scale == pytest.approx(1.0, abs=0.01)
+
+
 @pytest.mark.parametrize("scale", [0.95, 1.04])
 def test_a_tracker_with_a_wrong_scale_makes_the_position_uncertain(scale):
     def scaled(frame):

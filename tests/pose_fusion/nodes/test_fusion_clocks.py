@@ -1,7 +1,8 @@
 """The fusion node takes the calibration's clocks from their topic."""
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from pose_msgs.msg import Skeleton, SkeletonArray
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import TimeReference
 from synthetic_body import extrinsics
 from tf2_msgs.msg import TFMessage
@@ -48,3 +49,21 @@ def test_a_clock_of_another_epoch_is_refused_and_reported(ros_context):
         lambda: "different epochs" in fusion.report().message, what="the warning"
     )
     assert not fusion.pipeline.clocks
+
+
+def test_a_second_publisher_of_a_camera_whose_stamps_alternate_is_named(ros_context):
+    fusion = ros_context.add(FusionNode())
+    other = ros_context.make_node("other")
+    publishers = [
+        other.create_publisher(SkeletonArray, "kinect_left/skeletons", qos_profile_sensor_data)
+        for _ in range(2)
+    ]
+
+    def publish():
+        message = SkeletonArray(skeletons=[Skeleton()])
+        message.header.stamp = other.get_clock().now().to_msg()
+        for publisher in publishers:
+            publisher.publish(message)
+        return "2 publishers send them: stop all but one" in fusion.report().message
+
+    ros_context.spin_until(publish, what="the remark")

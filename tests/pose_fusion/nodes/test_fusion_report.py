@@ -69,8 +69,12 @@ def test_sources_excluded_for_one_reason_share_a_remark():
     for sample in skeletons:
         judge.skeleton(sample, sample.stamp_ns + 60 * NS_PER_S, {})
     reader = SampleReader(parameters.sensors, judge=judge, counters=Counters(*COUNTS))
-    message = FusionReporter(pipeline, reader).report((), {}, {}).message
+    reporter = FusionReporter(pipeline, reader)
+    message = reporter.report((), {}, {}).message
     assert "left, right are not used: their stamps are 60.0 s behind their arrival" in message
+    message = reporter.report((), {}, {}, {"left": 2, "right": 1}).message
+    assert "left is not used: its stamps are 60.0 s behind their arrival, and 2 publish" in message
+    assert "right is not used: its stamps are 60.0 s behind their arrival;" in f"{message};"
 
 
 def test_nobody_being_chosen_is_a_warning():

@@ -67,6 +67,14 @@ def test_a_frozen_camera_is_rejected_until_its_frames_change(watch):
     assert watch.note_frame("right", [person(3.0)])
 
 
+def test_a_camera_whose_joints_lose_their_positions_is_not_called_frozen(watch):
+    watch.note_frame("right", [person(1.0)])
+    for _ in range(FROZEN_FRAMES + 1):
+        watch.note_frame("right", [person(np.nan)])
+    missing = looks(watch, lambda _: watch.note_frame("right", [person(np.nan)]))
+    assert missing["right"].startswith("no joint has a finite position")
+
+
 def test_a_source_that_has_never_changed_is_not_a_frozen_camera(watch):
     assert all(watch.note_frame("right", [person(1.0)]) for _ in range(3 * FROZEN_FRAMES))
 

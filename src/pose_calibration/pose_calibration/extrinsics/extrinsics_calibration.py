@@ -22,6 +22,7 @@ from pose_core.errors import ParameterError
 from pose_core.joints import JOINTS
 
 LEAST_INLIERS = 0.5  # [-] share of a pair's joints
+FARTHEST = 5.0  # [-] distance, relative to the median one, of joints by which scales are compared
 
 
 class ExtrinsicsCalibrator:
@@ -148,7 +149,9 @@ class ExtrinsicsCalibrator:
         inlier = refinement.weights[:, index][shared] > 0.0
         joints = np.broadcast_to(np.arange(len(JOINTS)), shared.shape)[shared]
         extents = spread(target)
-        scale = relative_scale(source[inlier], target[inlier])
+        # A joint that leaps about is believed to be fast, and its error is expected.
+        is_near = inlier & (distance <= FARTHEST * np.median(distance))
+        scale = relative_scale(source[is_near], target[is_near])
         pair = PairResiduals(
             partner=self.sensors[partner_sensor],
             frames=int(self.memory.shared_frames[partner_sensor, chosen[index]]),

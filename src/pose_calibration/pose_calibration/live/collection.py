@@ -21,6 +21,7 @@ from pose_core.api import (
     on_reference_clock,
 )
 from pose_core.counters import Counters
+from pose_core.stamps import NS_PER_S
 
 COUNTERS = ("solutions", "refused_solutions")
 ATTEMPT_EVERY_S = 1.0  # [s] of common view
@@ -57,6 +58,8 @@ class Collection:
         self._memory = SampleMemory()
         self._attempt_at_s = parameters.minimum_duration
         self._refusal = ""
+        self._newest_ns: dict[str, int] = {}  # stamp of each sensor's last sample, by its clock
+        self._apart: dict[str, tuple[int, int]] = {}  # [ns] see :meth:`_note_clock`
         self.use_clocks({})
 
     def use_clocks(self, clocks: Clocks) -> None:
@@ -67,7 +70,8 @@ class Collection:
             parameters.sensors,
             max_skew_s=parameters.max_skew,
             max_gap_s=parameters.max_gap,
-            max_wait_s=parameters.max_wait,
+            # Before it is known, a clock may be behind the others' by max_offset.
+            max_wait_s=parameters.max_wait + parameters.max_offset,
         )
         self.calibrator = ExtrinsicsCalibrator(parameters.sensors, parameters)
         for frame in self._memory.aligned(self.aligner, clocks):
@@ -81,13 +85,35 @@ class Collection:
         silent = [name for name in self._parameters.sensors if not self.aligner.has_heard(name)]
         if silent:
             return f"no skeletons from {', '.join(silent)} yet"
+        for name, (apart_ns, _) in self._apart.items():
+            apart_s, limit_s = apart_ns / NS_PER_S, self._parameters.max_offset
+            if abs(apart_s) > limit_s + self._parameters.max_wait:
+                return (
+                    f"the clock of '{name}' is {abs(apart_s):.1f} s "
+                    f"{'ahead of' if apart_s > 0.0 else 'behind'} that of "
+                    f"'{self._parameters.sensors[0]}', more than max_offset = {limit_s} s: "
+                    "synchronise the clocks of their computers"
+                )
         return (
             f"{self.calibrator.observed_s:.1f} s of common view, expected "
             f"{self._parameters.minimum_duration:.1f} s or more"
         )
 
+    def _note_clock(self, sample: SkeletonSample) -> None:
+        """Note how far a sensor's stamps are from the reference's that arrive at the same time.
+
+        Each of the reference's stamps counts once, so that its silence is no difference of clocks.
+        """
+        self._newest_ns[sample.sensor] = sample.stamp_ns
+        reference_ns = self._newest_ns.get(self._parameters.sensors[0])
+        if reference_ns is None or sample.sensor == self._parameters.sensors[0]:
+            return
+        if self._apart.get(sample.sensor, (0, 0))[1] != reference_ns:
+            self._apart[sample.sensor] = (sample.stamp_ns - reference_ns, reference_ns)
+
     def add(self, sample: SkeletonSample) -> Extrinsics | None:
         """Add a sample of the person; returns the calibration if it is solved anew."""
+        self._note_clock(sample)
         self._memory.add(sample)
         for frame in self.aligner.add(on_reference_clock(sample, self._clocks)):
             self.calibrator.add(frame)

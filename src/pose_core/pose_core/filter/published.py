@@ -1,13 +1,15 @@
 r"""The published part of a filter state, at its own instant or at a later one.
 
-To a later instant, position and rotations are predicted by their rates. Links with an aligned IMU
-follow its gyroscope instead: between two samples, with :math:`A = R_z(\psi)\,R_{ws}`,
+To a later instant, rotations are predicted by their rates, and the position by its velocity, which
+stays for longer than a camera is late. Links with an aligned IMU turn as it does instead: between
+two samples, with :math:`A = R_z(\psi)\,R_{ws}`,
 
 .. math:: \omega(t_2) = \omega(t_1) + A_2\,\omega_{s,2} - A_1\,\omega_{s,1}, \quad
-          R(t_2) = \exp([\tfrac{t_2 - t_1}{2}(\omega(t_1) + \omega(t_2))]_\times)\,R(t_1)
+          R(t_2) = A_2\,A_1^T\,R(t_1)
 
-and their covariance does not grow. Only the blocks of the covariance that are published are
-computed.
+and their covariance does not grow. The time ahead is that of a camera's latency and its tracker's
+delay, often a tenth of a second, in which a limb's rate changes too much for two samples of the
+gyroscope. Only the blocks of the covariance that are published are computed.
 
 Joints are published with a part of their slides only: besides what joints really move within their
 links, slides take in the trackers' slow offsets.
@@ -25,9 +27,10 @@ from pose_core.filter.state import FilterState, Pose
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.published_state import PublishedState
-from pose_core.kernels.rotations import exponential, product, rotate_left
+from pose_core.kernels.rotations import exponential, product, product_transposed
 
 PUBLISHED_SLIDE = 0.6  # [-] of a slide
+LONGEST_STEADY_S = 0.2  # [s] for which the root is predicted to keep its velocity
 
 
 @compiled
@@ -59,15 +62,17 @@ def predict_published(
     pose.rotations[:], pose.rates[:] = state.pose.rotations, state.pose.rates
     keep, rate_time_s = rate_decay(motion.rate_memory_s, dt_s)
     predict_mean(pose, keep, rate_time_s, np.exp(-dt_s / motion.slide_memory_s))
+    steady_s = min(dt_s, LONGEST_STEADY_S)
+    pose.position[:] = state.pose.position + steady_s * state.pose.velocity
     rate_times_s = np.full(len(parents), rate_time_s)
-    integrate_gyroscopes(dt_s, state, before, imus, pose, rate_times_s)
+    rotate_with_imus(state, before, imus, pose, rate_times_s)
     levers = np.zeros((len(out.joints), len(parents), 3))
     body = constants.camera.body
     compute_joints(body, pose.position, pose.rotations, pose.slides, levers, out.joints)
     first_rate = state.layout.first_rate
     for axis in range(3):
         out.position_variance[axis] = (
-            later_covariance(state.P, first_rate, axis, axis, rate_time_s, rate_time_s)
+            later_covariance(state.P, first_rate, axis, axis, dt_s, dt_s)
             + dt_s**3 / 3.0 * motion.root_power
         )
     for link in range(len(parents)):
@@ -77,18 +82,16 @@ def predict_published(
 
 
 @compiled
-def integrate_gyroscopes(
-    dt_s: float,
+def rotate_with_imus(
     state: FilterState,
     before: ImuFrame,
     imus: ImuFrame,
     pose: Pose,
     rate_times_s: FloatArray,
 ) -> None:
-    """Rotate the links whose IMU has samples at both instants as its gyroscope does.
+    """Rotate the links whose IMU has samples at both instants as it has turned between them.
 
     Args:
-        dt_s: Time since the state's instant [s].
         state: The state.
         before: Samples at its instant.
         imus: Samples at the later instant.
@@ -96,6 +99,7 @@ def integrate_gyroscopes(
         rate_times_s: Set to 0 for these links, (links,) [s].
     """
     R_z, R_map_sensor = np.empty((3, 3)), np.empty((3, 3))
+    R_earlier, turned = np.empty((3, 3)), np.empty((3, 3))
     for row in range(len(imus.links)):
         link = imus.links[row]
         for earlier in range(len(before.links)):
@@ -104,12 +108,11 @@ def integrate_gyroscopes(
             exponential(0.0, 0.0, state.heading[link], R_z)
             product(R_z, imus.R_world_sensor[row], R_map_sensor)
             change = np.dot(R_map_sensor, imus.angular_velocity[row])
-            product(R_z, before.R_world_sensor[earlier], R_map_sensor)
-            change -= np.dot(R_map_sensor, before.angular_velocity[earlier])
-            turn = dt_s * (state.pose.rates[link] + 0.5 * change)
+            product(R_z, before.R_world_sensor[earlier], R_earlier)
+            change -= np.dot(R_earlier, before.angular_velocity[earlier])
             pose.rates[link] = state.pose.rates[link] + change
-            pose.rotations[link] = state.pose.rotations[link]
-            rotate_left(turn[0], turn[1], turn[2], pose.rotations[link])
+            product_transposed(R_map_sensor, R_earlier, turned)
+            product(turned, state.pose.rotations[link], pose.rotations[link])
             rate_times_s[link] = 0.0
 
 

@@ -16,6 +16,7 @@ from pose_calibration.imus.section import (
     read_alignments,
 )
 from pose_core.api import (
+    IMUS,
     BodyShape,
     EstimateBlock,
     PeoplePipeline,
@@ -312,7 +313,16 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._counters.add("messages_lost", sum(lost.values()))
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
-        return self._reporter.report(unused, self._malformed, lost)
+        return self._reporter.report(unused, self._malformed, lost, self._publishers_of_excluded())
+
+    def _publishers_of_excluded(self) -> dict[str, int]:
+        """Number of publishers of each source whose stamps are implausible."""
+        topics = {sensor: skeletons_topic(sensor) for sensor in self.settings.sensors}
+        topics |= {f"{IMUS}/{segment}": imu_topic(segment) for segment in SEGMENTS}
+        return {
+            source: self.count_publishers(self.resolve_topic_name(topics[source]))
+            for source in self._reporter.excluded
+        }
 
 
 def main() -> None:

@@ -46,7 +46,11 @@ class FusionReporter:
         return missing if self._is_tracking else {*missing, "everything"}
 
     def report(
-        self, unused: Sequence[str], malformed: Mapping[str, str], lost: Mapping[str, int]
+        self,
+        unused: Sequence[str],
+        malformed: Mapping[str, str],
+        lost: Mapping[str, int],
+        publishers: Mapping[str, int] | None = None,
     ) -> Report:
         """The report as of the last check.
 
@@ -54,12 +58,15 @@ class FusionReporter:
             unused: Names of sensors that publish and are not used.
             malformed: Errors in the last messages of other topics, by topic.
             lost: Number of messages lost since the last report, by source.
+            publishers: Number of publishers of each :attr:`excluded` source.
         """
         has_subject = self._pipeline.status == "tracking"
         is_ok = has_subject and not (self._unused_sources() or malformed or lost)
         return Report(
             level=Level.OK if is_ok else Level.WARN,
-            message="; ".join([self._tracking(), *self._remarks(unused, malformed, lost)]),
+            message="; ".join(
+                [self._tracking(), *self._remarks(unused, malformed, lost, publishers or {})]
+            ),
             values={**self._values(), "sensors_not_used": ", ".join(unused) or "none"},
         )
 
@@ -82,10 +89,24 @@ class FusionReporter:
     def _silent_imus(self) -> Sequence[str]:
         return self._pipeline.subject.silent_imus if self._pipeline.parameters.use_imus else ()
 
+    @property
+    def excluded(self) -> Mapping[str, str]:
+        """Sources whose stamps are implausible, and why."""
+        return self._judge.set_aside if self._judge is not None else {}
+
     def _remarks(
-        self, unused: Sequence[str], malformed: Mapping[str, str], lost: Mapping[str, int]
+        self,
+        unused: Sequence[str],
+        malformed: Mapping[str, str],
+        lost: Mapping[str, int],
+        publishers: Mapping[str, int],
     ) -> list[str]:
-        set_aside = self._judge.set_aside if self._judge is not None else {}
+        set_aside = {
+            source: why
+            if publishers.get(source, 1) < 2
+            else f"{why}, and {publishers[source]} publishers send them: stop all but one"
+            for source, why in self.excluded.items()
+        }
         remarks = []
         for why in dict.fromkeys(set_aside.values()):  # one remark for all sources with a reason
             named = [source for source, own in set_aside.items() if own == why]

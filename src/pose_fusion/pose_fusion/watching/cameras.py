@@ -56,7 +56,9 @@ class CameraWatch:
         camera.picture = picture
         is_frozen = camera.has_moved and camera.alike >= FROZEN_FRAMES
         if is_frozen:
-            self.note_trouble(sensor, "it repeats one frame: restart its tracker")
+            has_joints = any(np.isfinite(positions).any() for positions in picture)
+            fault = "it repeats one frame" if has_joints else "no joint has a finite position"
+            self.note_trouble(sensor, f"{fault}: restart its tracker")
         elif any(person.tracking_state.any() for person in persons):
             what = "nobody at the subject's position: check its pose, units and joints"
             self.note_trouble(sensor, f"it shows {what}")

@@ -1,5 +1,6 @@
 """Start, spinning and end of every node: clean on Ctrl-C, one line on a bad parameter."""
 
+import gc
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -40,6 +41,8 @@ def run_node(
         status = _init(args) or _spin_to_end(make_node, interrupt)
     except KeyboardInterrupt:
         status = 0
+    # Cycles of references keep a node's DDS participant, whose files would stay in shared memory.
+    gc.collect()
     leave(status)
 
 
