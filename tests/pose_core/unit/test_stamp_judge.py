@@ -1,10 +1,12 @@
 """Stamps that cannot be true are not used; a clock that leaps is found out."""
 
+from types import MappingProxyType
+
 import numpy as np
 import pytest
 
 from pose_core.joints import JOINTS
-from pose_core.streams.clocks import Clock
+from pose_core.streams.clocks import IMUS, Clock
 from pose_core.streams.samples import ImuBlock, SkeletonSample
 from pose_core.streams.stamp_judge import StampJudge
 
@@ -25,12 +27,35 @@ def sample(stamp_ns, sensor="left"):
     )
 
 
-def feed(judge, seconds, stamp_of, *, start_s=0.0, period_ns=PERIOD, sensor="left"):
+def imu_block(*stamps_ns):
+    """One sample of each IMU."""
+    count = len(stamps_ns)
+    return ImuBlock(
+        segments=("torso", "left_thigh")[:count],
+        imu=np.arange(count),
+        stamps_ns=np.array(stamps_ns),
+        orientation=np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)),
+        orientation_stddev=np.zeros((count, 3)),
+        angular_velocity=np.zeros((count, 3)),
+        linear_acceleration=np.zeros((count, 3)),
+    )
+
+
+def feed(
+    judge,
+    seconds,
+    stamp_of,
+    *,
+    start_s=0.0,
+    period_ns=PERIOD,
+    sensor="left",
+    clocks=MappingProxyType({}),
+):
     """Samples whose stamp is a function of the true instant; those used, by true instant [s]."""
     used = {}
     for k in range(round(seconds * S / period_ns)):
         true_ns = START + round(start_s * S) + k * period_ns
-        result = judge.skeleton(sample(stamp_of(true_ns), sensor), true_ns + LAG, {})
+        result = judge.skeleton(sample(stamp_of(true_ns), sensor), true_ns + LAG, clocks)
         if result is not None:
             used[(true_ns - START) / S] = result.stamp_ns - true_ns
     return used
@@ -150,14 +175,31 @@ def test_a_delayed_imu_is_rejected_and_the_others_are_used():
     judge = StampJudge()
     for k in range(100):
         now_ns = START + k * 10 * MS
-        block = ImuBlock(
-            segments=("torso", "left_thigh"),
-            imu=np.array([0, 1]),
-            stamps_ns=np.array([now_ns - 400 * MS, now_ns - 5 * MS]),
-            orientation=np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)),
-            orientation_stddev=np.zeros((2, 3)),
-            angular_velocity=np.zeros((2, 3)),
-            linear_acceleration=np.zeros((2, 3)),
-        )
+        block = imu_block(now_ns - 400 * MS, now_ns - 5 * MS)
         assert judge.imus(block, now_ns, {}).imu.tolist() == [1]
     assert list(judge.set_aside) == ["imus/torso"]
+
+
+@pytest.mark.parametrize("ahead_s", [0.36, -0.7, 3.0])
+def test_a_clock_that_is_calibrated_later_is_not_corrected_twice(ahead_s):
+    ahead_ns = round(ahead_s * S)
+    judge = StampJudge()
+    feed(judge, 2.0, lambda true_ns: true_ns)
+    feed(judge, 3.0, lambda true_ns: true_ns + ahead_ns, start_s=2.0)
+    clocks = {"left": Clock(offset_ns=ahead_ns)}
+    used = feed(judge, 3.0, lambda true_ns: true_ns + ahead_ns, start_s=5.0, clocks=clocks)
+    assert min(used) == 5.0
+    assert set(used.values()) == {ahead_ns}  # as stamped: the clock corrects it
+    assert not judge.offsets_s
+
+
+def test_the_imus_clock_that_is_calibrated_later_is_not_corrected_twice():
+    judge, ahead_ns, used = StampJudge(), round(0.4 * S), 0
+    for k in range(800):
+        true_ns = START + k * 10 * MS
+        block = imu_block(true_ns + (ahead_ns if k > 100 else 0))
+        clocks = {IMUS: Clock(offset_ns=ahead_ns)} if k > 400 else {}
+        passed = judge.imus(block, true_ns + 10 * MS, clocks)
+        used += k > 400 and len(passed) == 1
+    assert used == 399
+    assert not judge.offsets_s

@@ -31,6 +31,7 @@ USUAL_LAG_NS = 30_000_000  # [ns] initial value for a new source
 LAG_MEMORY = 0.05  # [-] weight of a new lag in the usual lag
 CAMERA_RATE, IMU_RATE = 120.0, 1000.0  # [Hz] to which faster streams are reduced
 BURST_S = 0.1  # [s] of samples that may arrive at once
+CLOCK_CHANGE_NS = NS_PER_S // 100  # [ns] smaller changes of a correction are a clock's drift
 COUNTS = (
     "stamps_repeated",
     "stamps_backwards",
@@ -49,7 +50,8 @@ class _Source:
 
     rate: float  # [Hz] to which it is reduced
     largest_lag_ns: int
-    offset_ns: int = 0  # added to its stamps
+    clock_ns: int | None = None  # added to its last stamp by the clocks of the calibration
+    offset_ns: int = 0  # added to its stamps besides
     usual_lag_ns: float = USUAL_LAG_NS
     last_ns: int | None = None  # newest used stamp, with the offset
     tokens: float = 0.0  # [samples] that may arrive at once
@@ -92,7 +94,9 @@ class StampJudge:
         """
         clock = clocks.get(sample.sensor, Clock())
         source = self._source(sample.sensor, CAMERA_RATE, CAMERA_LAG_NS)
-        if not self._judge(source, clock.to_reference(sample.stamp_ns), arrival_ns):
+        on_reference_ns = clock.to_reference(sample.stamp_ns)
+        _follow_clock(source, on_reference_ns - sample.stamp_ns)
+        if not self._judge(source, on_reference_ns, arrival_ns):
             return None
         offset_ns = source.offset_ns
         return replace(sample, stamp_ns=sample.stamp_ns + offset_ns) if offset_ns else sample
@@ -101,6 +105,11 @@ class StampJudge:
         """IMU samples with their stamps corrected; see :meth:`skeleton`."""
         on_reference_ns = block_on_reference_clock(block, clocks).stamps_ns
         sources = [self._source(f"{IMUS}/{name}", IMU_RATE, IMU_LAG_NS) for name in block.segments]
+        changes_ns = on_reference_ns - block.stamps_ns
+        for index, change_ns in dict(
+            zip(block.imu.tolist(), changes_ns.tolist(), strict=True)
+        ).items():
+            _follow_clock(sources[index], change_ns)
         is_used = [
             self._judge(sources[index], stamp_ns, arrival_ns)
             for index, stamp_ns in zip(block.imu.tolist(), on_reference_ns.tolist(), strict=True)
@@ -206,3 +215,14 @@ class StampJudge:
         source.last_ns = source.trial_stamp_ns = None
         source.trial_lags_ns = []
         source.tokens = source.rate * BURST_S
+
+
+def _follow_clock(source: _Source, clock_ns: int) -> None:
+    """Reduce a source's offset by what its newly calibrated clock corrects."""
+    before_ns, source.clock_ns = source.clock_ns, clock_ns
+    if before_ns is None or abs(clock_ns - before_ns) < CLOCK_CHANGE_NS:
+        return
+    left_ns = source.offset_ns - (clock_ns - before_ns)
+    is_corrected = source.offset_ns == 0 or abs(left_ns) <= LARGEST_LEAD_NS
+    source.offset_ns = 0 if is_corrected else left_ns
+    source.last_ns, source.wrong, source.trial_stamp_ns = None, 0.0, None
