@@ -89,6 +89,28 @@ def test_a_clock_that_is_too_far_from_the_reference_s_is_named(offset_s, text):
     assert calibration.missing.startswith(f"the clock of 'right' is {text} that of 'left', ")
 
 
+@pytest.mark.parametrize("offset_s", [-0.45, 0.45])
+def test_a_clock_that_differs_is_never_taken_to_be_equal(offset_s):
+    """In some seconds of this motion the offset is not observable, and views would not agree."""
+    calibration = LiveCalibration(LiveCalibrationParameters(collect_duration=20.0))
+    said = set()
+    for one in arriving(offset_s):
+        calibration.add([one])
+        said.add(calibration.missing)
+        if calibration.extrinsics is not None:
+            clock = calibration.extrinsics.clocks["right"]
+            assert clock.offset_ns == pytest.approx(offset_s * 1e9, abs=20_000_000)
+    assert any("the motion does not tell by how much" in each for each in said)
+
+
+def test_a_clock_beyond_the_usual_is_found_with_a_larger_max_offset():
+    parameters = LiveCalibrationParameters(collect_duration=20.0, max_offset=3.0)
+    calibration = LiveCalibration(parameters)
+    feed(calibration, arriving(2.3))
+    found_ns = calibration.extrinsics.clocks["right"].offset_ns
+    assert found_ns == pytest.approx(2.3e9, abs=6_000_000)
+
+
 def test_the_reference_s_silence_is_no_difference_of_clocks():
     calibration = LiveCalibration(LiveCalibrationParameters())
     some = samples(duration_s=8.0)

@@ -28,6 +28,7 @@ ATTEMPT_EVERY_S = 1.0  # [s] of common view
 NEXT_AFTER = 2.0  # [-] ratio of the common view between successive solutions
 NEXT_WITHIN_S = 8.0  # [s] largest common view between successive solutions
 SAME_OFFSET_NS = 2_000_000  # [ns] smaller changes are ignored
+UNKNOWN_CLOCK_NS = 200_000_000  # [ns] between stamps that arrive together; networks delay by less
 
 
 class Collection:
@@ -89,15 +90,35 @@ class Collection:
             apart_s, limit_s = apart_ns / NS_PER_S, self._parameters.max_offset
             if abs(apart_s) > limit_s + self._parameters.max_wait:
                 return (
-                    f"the clock of '{name}' is {abs(apart_s):.1f} s "
-                    f"{'ahead of' if apart_s > 0.0 else 'behind'} that of "
-                    f"'{self._parameters.sensors[0]}', more than max_offset = {limit_s} s: "
-                    "synchronise the clocks of their computers"
+                    f"{self._difference(name)}, more than max_offset = {limit_s} s: "
+                    "synchronise the clocks of their computers, or raise max_offset"
                 )
         return (
             f"{self.calibrator.observed_s:.1f} s of common view, expected "
             f"{self._parameters.minimum_duration:.1f} s or more"
         )
+
+    def _difference(self, name: str) -> str:
+        """By how much a sensor's clock differs from the reference's, as far as arrival tells."""
+        apart_s = self._apart[name][0] / NS_PER_S
+        return (
+            f"the clock of '{name}' is {abs(apart_s):.1f} s "
+            f"{'ahead of' if apart_s > 0.0 else 'behind'} that of '{self._parameters.sensors[0]}'"
+        )
+
+    def _check_clocks(self) -> None:
+        """Refuse a solution with clocks that differ by a time which the motion does not tell.
+
+        Raises:
+            CalibrationError: If there is such a clock.
+        """
+        for name, offset in self.clock_offsets.items():
+            apart_ns, _ = self._apart.get(name, (0, 0))
+            if not offset.observable and abs(apart_ns) > UNKNOWN_CLOCK_NS:
+                raise CalibrationError(
+                    f"{self._difference(name)}, but the motion does not tell by how much: walk "
+                    "about and move the arms"
+                )
 
     def _note_clock(self, sample: SkeletonSample) -> None:
         """Note how far a sensor's stamps are from the reference's that arrive at the same time.
@@ -122,9 +143,9 @@ class Collection:
             return None
         self._attempt_at_s = observed_s + ATTEMPT_EVERY_S
         try:
-            found = self._solve()
-            if self._find_clocks():
-                found = self._solve()
+            self._find_clocks()
+            self._check_clocks()
+            found = self.calibrator.solve(allow_missing=True, gravity=self._accelerometer.gravity())
         except CalibrationError as error:
             self._counters.add("refused_solutions")
             self._refusal = str(error)
@@ -134,18 +155,13 @@ class Collection:
         clocks = {name: self._clocks[name] for name in found.sensors if name in self._clocks}
         return self._conclude(self._with_imus(replace(found, clocks=clocks)), observed_s)
 
-    def _solve(self) -> Extrinsics:
-        return self.calibrator.solve(allow_missing=True, gravity=self._accelerometer.gravity())
-
-    def _find_clocks(self) -> bool:
-        """Estimate the clocks' offsets; returns whether the alignment in time has changed."""
+    def _find_clocks(self) -> None:
+        """Estimate the clocks' offsets, and align by them."""
         self.clock_offsets, clocks = estimate_clock_offsets(
             self._memory.by_sensor(), self._parameters.sensors, self._parameters.max_offset
         )
-        changed = moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS
-        if changed:
+        if moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS:
             self.use_clocks(clocks)
-        return changed
 
     def _with_imus(self, extrinsics: Extrinsics) -> Extrinsics:
         """Add the results of body-worn IMUs to the calibration, if there are any."""

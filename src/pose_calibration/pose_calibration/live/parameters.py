@@ -53,7 +53,7 @@ class LiveCalibrationParameters(CalibrationParameters):
         False, doc="calibrate again automatically when a sensor has been moved"
     )
     max_offset: float = parameter(
-        0.5, unit="s", limits=(0.0, 2.0), doc="largest offset between two sensors' clocks"
+        0.5, unit="s", limits=(0.0, 5.0), doc="largest offset between two sensors' clocks"
     )
     max_skew: float = parameter(
         0.02, unit="s", limits=(0.001, 0.1), doc="largest difference of stamps in a pair of frames"
