@@ -90,7 +90,7 @@ def calibrate(
         if find_clock_offsets:
             extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
     return SessionCalibration(
-        extrinsics=replace(extrinsics, body=measure_body(_all(by_sensor))),
+        extrinsics=replace(extrinsics, body=measure_body(_all(by_sensor), assume_unseen=True)),
         clock_offsets=offsets,
         imus=found,
     )
@@ -155,7 +155,7 @@ def complete(
     samples = _candidates(frames_kept, extrinsics.sensors, "")[0]
     by_sensor, memory = _sorted([*samples, *blocks], extrinsics.sensors)
     if extrinsics.body is None:
-        extrinsics = replace(extrinsics, body=measure_body(_all(by_sensor)))
+        extrinsics = replace(extrinsics, body=measure_body(_all(by_sensor), assume_unseen=True))
     if extrinsics.clocks:
         return extrinsics
     duration_s = (samples[-1].stamp_ns - samples[0].stamp_ns) / NS_PER_S

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_bench.reference.default_filter import ReferenceFilter, inject_error
+from pose_core.body.average_body import neutral_pose
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree, without_side
@@ -22,7 +23,6 @@ from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import start_state, with_imu
 from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
-from pose_core.fusion.warm_up import neutral_pose
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.published_state import PublishedState
