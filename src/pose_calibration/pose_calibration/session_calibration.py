@@ -11,6 +11,7 @@ import numpy as np
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_calibration.extrinsics.moved_sensors import MovedDuring, find_moved
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.parameters import CalibrationParameters
@@ -45,6 +46,7 @@ class SessionCalibration:
     clock_offsets: Mapping[str, ClockOffset]  # by sensor, without the reference
     imus: ImuFindings | None  # None without IMUs
     people: int = 1  # [-] largest number in one frame; one of them was used
+    moved: tuple[MovedDuring, ...] = ()  # sensors that were moved during the recording
 
     @property
     def people_line(self) -> str:
@@ -93,6 +95,7 @@ def calibrate(
         extrinsics=replace(extrinsics, body=measure_body(_all(by_sensor), assume_unseen=True)),
         clock_offsets=offsets,
         imus=found,
+        moved=find_moved(frames, extrinsics),
     )
 
 

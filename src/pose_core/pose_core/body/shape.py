@@ -91,7 +91,7 @@ def estimate_body_shape(
             raise error
         unseen = unseen or error
     offsets = _symmetric(offsets)
-    measured = np.isfinite(offsets).all(axis=1)
+    measured = np.asarray(np.isfinite(offsets).all(axis=1))
     if unseen is not None and measured.sum() < MIN_MEASURED:
         raise unseen
     return _complete(model, offsets, measured)
