@@ -19,6 +19,7 @@ from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.reference.textbook_ukf import TextbookFilter
 from pose_core.arrays import FloatArray
 from pose_core.baseline_filters.li2020 import Li2020Filter, Li2020Parameters
+from pose_core.body.average_body import neutral_pose
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import BodyModel, load_body_model
 from pose_core.body.segment_tree import SegmentTree
@@ -35,7 +36,6 @@ from pose_core.filter.state import FilterState, start_state, with_imu
 from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
-from pose_core.fusion.warm_up import neutral_pose
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.joints import JOINTS, TrackingState
 

@@ -17,8 +17,14 @@ MODEL = "default"  # body model that a calibration measures
 MOST_SAMPLES = 4000  # [-] used for the measures
 
 
-def measure_body(samples: Sequence[SkeletonSample]) -> SessionBody | None:
+def measure_body(
+    samples: Sequence[SkeletonSample], *, assume_unseen: bool = False
+) -> SessionBody | None:
     """The person's body shape from a whole session: many postures determine it better than one.
+
+    Args:
+        samples: Of all sensors.
+        assume_unseen: See :func:`pose_core.body.shape.estimate_body_shape`.
 
     Returns:
         The measures; None if a joint was tracked too rarely.
@@ -31,7 +37,7 @@ def measure_body(samples: Sequence[SkeletonSample]) -> SessionBody | None:
     if not tracked:
         return None
     try:
-        shape = estimate_body_shape(model, np.stack(tracked))
+        shape = estimate_body_shape(model, np.stack(tracked), assume_unseen=assume_unseen)
     except BodyShapeError:
         return None
     return SessionBody(model=model.name, shape=shape)

@@ -11,6 +11,7 @@ import numpy as np
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_calibration.extrinsics.moved_sensors import MovedDuring, find_moved
 from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
@@ -45,6 +46,7 @@ class SessionCalibration:
     clock_offsets: Mapping[str, ClockOffset]  # by sensor, without the reference
     imus: ImuFindings | None  # None without IMUs
     people: int = 1  # [-] largest number in one frame; one of them was used
+    moved: tuple[MovedDuring, ...] = ()  # sensors that were moved during the recording
 
     @property
     def people_line(self) -> str:
@@ -85,9 +87,10 @@ def calibrate(
             extrinsics = calibrator.leveled(extrinsics, found.gravity)
         extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
     return SessionCalibration(
-        extrinsics=replace(extrinsics, body=measure_body(_all(by_sensor))),
+        extrinsics=replace(extrinsics, body=measure_body(_all(by_sensor), assume_unseen=True)),
         clock_offsets=offsets,
         imus=found,
+        moved=find_moved(frames, extrinsics),
     )
 
 
@@ -145,7 +148,7 @@ def complete(
     samples = _candidates(frames_kept, extrinsics.sensors, "")[0]
     by_sensor, memory = _sorted([*samples, *blocks], extrinsics.sensors)
     if extrinsics.body is None:
-        extrinsics = replace(extrinsics, body=measure_body(_all(by_sensor)))
+        extrinsics = replace(extrinsics, body=measure_body(_all(by_sensor), assume_unseen=True))
     if extrinsics.clocks:
         return extrinsics
     duration_s = (samples[-1].stamp_ns - samples[0].stamp_ns) / NS_PER_S

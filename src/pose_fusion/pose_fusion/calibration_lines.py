@@ -4,7 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pose_core.api import ONE_IMU, Clocks, Extrinsics
+from pose_core.api import ONE_IMU, Clock, Clocks, Extrinsics
+
+LARGE_DRIFT = 1e-4  # [-] that quartzes hardly have
+CERTAIN = 3.0  # [-] standard deviations
+MS_PER_MINUTE = 6e4  # [ms/min] of a drift of 1
 
 
 def floor_line(extrinsics: Extrinsics) -> str:
@@ -24,12 +28,22 @@ def floor_line(extrinsics: Extrinsics) -> str:
 
 def clocks_line(extrinsics: Extrinsics, source: str) -> str:
     """One line about the clocks, which are known from ``source``; empty if there are none."""
-    ahead = [f"{name} {one.offset_ns / 1e6:+.0f} ms" for name, one in extrinsics.clocks.items()]
+    ahead = [
+        f"{name} {one.offset_ns / 1e6:+.0f} ms{_drift(one)}"
+        for name, one in extrinsics.clocks.items()
+    ]
     single = [line.removeprefix(ONE_IMU) for line in ahead if line.startswith(ONE_IMU)]
     line = ", ".join(line for line in ahead if not line.startswith(ONE_IMU))
     parts = [f"ahead of {extrinsics.reference}'s {source}: {line}"] if line else []
     parts += [f"ahead of the other IMUs' {source}: {', '.join(single)}"] if single else []
     return f"clocks: {'; '.join(parts)}" if parts else ""
+
+
+def _drift(clock: Clock) -> str:
+    """A clock's drift, if it is more than that of quartzes and certain."""
+    if abs(clock.drift) < max(LARGE_DRIFT, CERTAIN * clock.drift_stddev):
+        return ""
+    return f" ({MS_PER_MINUTE * clock.drift:+.1f} ms a minute)"
 
 
 def single_imu_lines(clocks: Clocks) -> Iterator[str]:

@@ -72,7 +72,8 @@ def find_extrinsics(
         if known is None:
             console.print("extrinsics: none in the bag, estimating them from its motion")
             session = calibrate_people(BagFrames(bag, imus=imus), sensors)
-            for line in filter(None, (session.people_line, *extrinsics_lines(session.extrinsics))):
+            lines = (session.people_line, *extrinsics_lines(session.extrinsics))
+            for line in filter(None, (*lines, *map(str, session.moved))):
                 console.print(line, soft_wrap=True)
             return session.extrinsics
         console.print("extrinsics: from the bag's /tf_static")

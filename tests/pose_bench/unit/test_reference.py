@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_bench.reference.default_filter import ReferenceFilter, inject_error
+from pose_core.body.average_body import neutral_pose
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree, without_side
@@ -15,14 +16,13 @@ from pose_core.filter.imu import NO_IMUS, ImuFrame, add_imus
 from pose_core.filter.interpolated import interpolate_published
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
-from pose_core.filter.posture import add_posture
+from pose_core.filter.posture import add_posture, turn_back
 from pose_core.filter.published import predict_published
 from pose_core.filter.rows import make_rows
 from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import start_state, with_imu
 from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
-from pose_core.fusion.warm_up import neutral_pose
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.published_state import PublishedState
@@ -354,6 +354,27 @@ def test_limbs_bent_the_wrong_way_are_turned_back_by_both(angle):
     result = update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
     assert result.turned_back == plain.update_with_frame(frame)[0].turned_back == 2
     assert_equal_states(state, plain.state)
+
+
+@pytest.mark.parametrize("has_imu", [False, True])
+@pytest.mark.parametrize("link", ["left_shank", "right_forearm"])
+def test_a_link_half_a_turn_off_about_its_own_axis_is_turned_back_alone(link, has_imu):
+    """Opposite lateral axes satisfy the hinge, too; a link with an IMU stays."""
+    lower = MODEL.link_names.index(link)
+    upper = TREE.parents[lower]
+    true, _ = random_state(np.random.default_rng(14), dof=np.zeros(MODEL.size))
+    bend_hinges(true, 0.6)
+    state, _ = random_state(np.random.default_rng(14), dof=np.zeros(MODEL.size))
+    bend_hinges(state, 0.6)
+    state.has_imu[lower] = has_imu
+    off, kept = (upper, lower) if has_imu else (lower, upper)
+    state.pose.rotations[off] = state.pose.rotations[off] @ np.diag([-1.0, -1.0, 1.0])
+    joints = joints_of(state.pose)
+    assert turn_back(CONSTANTS.posture, state, np.empty((3, 3))) == 1
+    np.testing.assert_array_equal(state.pose.rotations[kept], true.pose.rotations[kept])
+    np.testing.assert_allclose(state.pose.rotations, true.pose.rotations, atol=1e-12)
+    if not has_imu:
+        np.testing.assert_allclose(joints_of(state.pose), joints, atol=1e-12)
 
 
 def test_derivatives_of_a_hinges_plane_hold_out_of_the_plane_too():

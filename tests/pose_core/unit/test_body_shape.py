@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from synthetic_body import MODEL, SHAPE, kinematics, motion, random_dof
 
-from pose_core.body.measurement import BodyMeasurement
+from pose_core.body.measurement import PATIENCE_S, BodyMeasurement
 from pose_core.body.model import load_body_model, parse_body_model
 from pose_core.body.shape import (
     BodyShapeError,
@@ -11,7 +11,7 @@ from pose_core.body.shape import (
     save_body_shape,
 )
 from pose_core.errors import InputError
-from pose_core.joints import JOINT_INDEX
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 
 
 def test_the_model_has_the_24_degrees_of_freedom_in_their_fixed_order():
@@ -77,6 +77,47 @@ def test_a_joint_with_too_few_samples_is_reported():
     positions[5:, JOINT_INDEX["right_hand"]] = np.nan
     with pytest.raises(BodyShapeError, match="right_hand was seen whole in 5 samples"):
         estimate_body_shape(MODEL, positions)
+
+
+LEGS = [JOINT_INDEX[f"{side}_{name}"] for side in SIDES for name in ("knee", "foot")]
+
+
+def test_legs_that_are_never_seen_take_the_proportions_of_an_average_body():
+    positions = kinematics().pose(random_dof(np.random.default_rng(9), 40)).positions
+    positions[:, LEGS] = np.nan
+    found = estimate_body_shape(MODEL, positions, assume_unseen=True)
+    assert found.assumed == ("left_knee", "left_foot", "right_knee", "right_foot")
+    seen = np.setdiff1d(np.arange(len(JOINTS)), LEGS)
+    np.testing.assert_allclose(found.offsets[seen], SHAPE.offsets[seen], atol=1e-9)
+    np.testing.assert_allclose(found.offsets[LEGS], SHAPE.offsets[LEGS], rtol=0.15, atol=1e-9)
+
+
+def test_a_joint_seen_on_one_side_is_measured_for_both():
+    positions = kinematics().pose(random_dof(np.random.default_rng(10), 40)).positions
+    positions[:, JOINT_INDEX["right_foot"]] = np.nan
+    found = estimate_body_shape(MODEL, positions, assume_unseen=True)
+    assert found.assumed == ()
+    np.testing.assert_allclose(found.offsets, SHAPE.offsets, atol=1e-9)
+
+
+def test_a_body_of_unknown_size_is_refused():
+    positions = np.full((40, len(JOINTS), 3), np.nan)
+    positions[:, :3] = kinematics().pose(random_dof(np.random.default_rng(11), 40)).positions[:, :3]
+    with pytest.raises(BodyShapeError, match="seen whole in 0 samples"):
+        estimate_body_shape(MODEL, positions, assume_unseen=True)
+
+
+def test_body_measurement_assumes_after_its_patience_what_is_never_seen():
+    _, dof = motion(2.0)
+    positions = kinematics().pose(dof).positions
+    state = np.full((1, 15), 2, np.uint8)
+    state[0, LEGS] = 0
+    measuring = BodyMeasurement(MODEL, 0.5)
+    shapes = [
+        measuring.add(k * 250_000_000, positions[k][None], state) for k in range(len(positions))
+    ]
+    known = [k for k, shape in enumerate(shapes) if shape is not None]
+    assert known[0] * 0.25 == pytest.approx(0.5 + PATIENCE_S + 0.25)
 
 
 def test_body_measurement_waits_for_its_duration_and_for_every_joint():

@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from pose_core.body.average_body import neutral_pose
 from pose_core.body.model import load_body_model
 from pose_core.body.shape import shape_of
 from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
-from pose_core.fusion.warm_up import neutral_pose
 from pose_core.imu.imu_history import ImuMeasurement, measurements_of
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINTS, TrackingState

@@ -28,6 +28,7 @@ from pose_core.arrays import FloatArray
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuFrame
+from pose_core.filter.posture import OPPOSITE
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.update import UpdateConstants
@@ -220,14 +221,19 @@ class ReferenceFilter:
         state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)
 
     def _turn_back(self) -> int:
-        """Rotate wrongly bent limbs without IMUs about their axes; returns their number."""
+        """Rotate links without IMUs that are half a turn off about their axes; their number."""
         state, count = self.state, 0
         half = np.diag([-1.0, -1.0, 1.0])
         for parent, link, sign in hinges(self.constants.posture):
-            pair, is_known = [parent, link], np.any(state.has_imu[[parent, link]])
+            pair, has_imu = [parent, link], state.has_imu[[parent, link]]
+            upper, lower = state.pose.rotations[pair]
+            if not np.all(has_imu) and upper[:, 1] @ lower[:, 1] < OPPOSITE:
+                turned = parent if has_imu[1] else link
+                state.pose.rotations[turned] = state.pose.rotations[turned] @ half
+                count += 1
             upper, lower = state.pose.rotations[pair]
             bend = flexion(upper.T @ lower, sign)
-            if not is_known and bend < self.constants.posture.wrong_bend:
+            if not np.any(has_imu) and bend < self.constants.posture.wrong_bend:
                 state.pose.rotations[pair] = state.pose.rotations[pair] @ half
                 count += 1
         return count

@@ -12,6 +12,7 @@ from pose_core.joints import TrackingState
 from pose_core.stamps import NS_PER_S
 
 MOST_SAMPLES = 2000
+PATIENCE_S = 10.0  # [s] after which joints that are never seen are assumed
 
 
 class BodyMeasurement:
@@ -41,17 +42,19 @@ class BodyMeasurement:
 
         Returns:
             The body measures, once the stretch is long enough and every joint was seen often
-            enough.
+            enough; after :data:`PATIENCE_S`, joints that were not are assumed.
         """
         if self._since_ns is None or stamp_ns < self._since_ns:
             self._since_ns = stamp_ns
             self._samples.clear()
         tracked = tracking_state == TrackingState.TRACKED
         self._samples.extend(np.where(tracked[..., None], positions, np.nan))
-        if stamp_ns - self._since_ns < self._duration_ns:
+        measured_ns = stamp_ns - self._since_ns
+        if measured_ns < self._duration_ns:
             return None
+        is_late = measured_ns > self._duration_ns + PATIENCE_S * NS_PER_S
         try:
-            return estimate_body_shape(self._model, np.stack(self._samples))
+            return estimate_body_shape(self._model, np.stack(self._samples), assume_unseen=is_late)
         except BodyShapeError as error:
             self.status = f"measuring the body: {error}"
             return None

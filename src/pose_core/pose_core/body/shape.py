@@ -2,27 +2,31 @@
 
 li2020, 2.3: the mean over samples of both sensors, after removing clear outliers. The joints of
 the rigid trunk keep their mean position in the trunk's axes; every other joint keeps its distance
-from its parent joint.
+from its parent joint. Joints that are never seen, such as the legs behind a table, take the
+proportions of an average body.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.atomic_file import write_atomically
+from pose_core.body.average_body import neutral_pose
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
-from pose_core.finite_numbers import MAD_TO_STDDEV
+from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean
 from pose_core.joints import JOINT_INDEX, JOINTS, OTHER_SIDE, SIDES
 from pose_core.plain_yaml import dump_yaml, read_yaml
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
 SMALLEST_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
 MIN_SAMPLES = 10  # [-] for the outlier test
+MIN_MEASURED = 5  # [-] joints that determine the size of an average body
 UPRIGHT = np.radians(25.0)  # [rad] largest angle between thigh and trunk of a standing person
 HIPS, KNEES = ([JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "knee"))
 ARM_ENDS = [JOINT_INDEX[f"{side}_{name}"] for side in SIDES for name in ("elbow", "hand")]
@@ -38,6 +42,7 @@ class BodyShape:
     """Position of each joint in its link's axes."""
 
     offsets: FloatArray  # (15, 3) [m]
+    assumed: tuple[str, ...] = ()  # joints that were not measured: an average body's proportions
 
     def bone_lengths(self) -> dict[str, float]:
         """Distance of each joint from its link's origin [m]."""
@@ -54,16 +59,21 @@ def shape_of(model: BodyModel, neutral: FloatArray) -> BodyShape:
     return BodyShape(offsets=offsets)
 
 
-def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
+def estimate_body_shape(
+    model: BodyModel, positions: FloatArray, *, assume_unseen: bool = False
+) -> BodyShape:
     """Estimate a person's body measures.
 
     Args:
         model: The body model.
         positions: Samples of all sensors, each in any frame, shape (n, 15, 3) [m];
             NaN where not tracked.
+        assume_unseen: Whether joints that were tracked too rarely take the proportions of an
+            average body of the size of the others.
 
     Raises:
-        BodyShapeError: If a joint was tracked too rarely.
+        BodyShapeError: If a joint was tracked too rarely; with ``assume_unseen``, if so many were
+            that the size is unknown.
     """
     in_trunk = np.einsum(
         "nji,nkj->nki", trunk_axes(positions), positions - mid_hip(positions)[:, None, :]
@@ -73,28 +83,71 @@ def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
     spine = _spine(model)
     if spine:
         upright[:, [index for index in range(len(JOINTS)) if index not in spine], 0] *= 0.0
-    offsets = np.zeros((len(JOINTS), 3))
-    for name, place in model.joints.items():
-        index = JOINT_INDEX[name]
-        joint = model.links[place.link].joint
-        if place.direction is None:
-            origin = 0.0 if joint is None else upright[:, JOINT_INDEX[joint]]
-            places = upright[:, index] - origin
-            offsets[index] = [_robust_mean(name, places[:, k]) for k in range(3)]
-            continue
-        if joint is None:
-            raise BodyShapeError(f"joint {name} has a direction but no joint to measure from")
-        bones = positions[:, index] - positions[:, JOINT_INDEX[joint]]
-        length = _robust_mean(name, np.linalg.norm(bones, axis=1))
-        offsets[index] = length * np.asarray(place.direction)
-    return BodyShape(offsets=_symmetric(offsets))
+    offsets = np.full((len(JOINTS), 3), np.nan)
+    unseen: BodyShapeError | None = None
+    for name in model.joints:
+        error = _measure(model, name, positions, upright, offsets)
+        if error is not None and not assume_unseen:
+            raise error
+        unseen = unseen or error
+    offsets = _symmetric(offsets)
+    measured = np.asarray(np.isfinite(offsets).all(axis=1))
+    if unseen is not None and measured.sum() < MIN_MEASURED:
+        raise unseen
+    return _complete(model, offsets, measured)
+
+
+def _measure(
+    model: BodyModel, name: str, positions: FloatArray, upright: FloatArray, offsets: FloatArray
+) -> BodyShapeError | None:
+    """Fill in one joint's offset; returns why it is not known, if so."""
+    try:
+        offsets[JOINT_INDEX[name]] = _measured_offset(model, name, positions, upright)
+    except BodyShapeError as error:
+        return error
+    return None
+
+
+def _measured_offset(
+    model: BodyModel, name: str, positions: FloatArray, upright: FloatArray
+) -> FloatArray:
+    """One joint's offset in its link, (3,) [m].
+
+    Args:
+        model: The body model.
+        name: The joint.
+        positions: See :func:`estimate_body_shape`.
+        upright: Samples of a standing person in the trunk's axes, shape (m, 15, 3) [m].
+    """
+    place, index = model.joints[name], JOINT_INDEX[name]
+    joint = model.links[place.link].joint
+    if place.direction is None:
+        origin = 0.0 if joint is None else upright[:, JOINT_INDEX[joint]]
+        places = upright[:, index] - origin
+        return np.array([_robust_mean(name, places[:, k]) for k in range(3)])
+    if joint is None:
+        raise BodyShapeError(f"joint {name} has a direction but no joint to measure from")
+    bones = positions[:, index] - positions[:, JOINT_INDEX[joint]]
+    return _robust_mean(name, np.linalg.norm(bones, axis=1)) * np.asarray(place.direction)
+
+
+def _complete(model: BodyModel, offsets: FloatArray, measured: NDArray[np.bool_]) -> BodyShape:
+    """The measures, with the joints that were not measured from an average body of this size."""
+    average = shape_of(model, neutral_pose()).offsets
+    lengths = (np.linalg.norm(each[measured], axis=1).sum() for each in (offsets, average))
+    measured_length, average_length = lengths
+    size = measured_length / average_length  # [-] of the person, relative to the average body
+    return BodyShape(
+        offsets=np.where(measured[:, None], offsets, size * average),
+        assumed=tuple(name for name in JOINTS if not measured[JOINT_INDEX[name]]),
+    )
 
 
 def with_shorter_arms(shape: BodyShape, factor: float) -> BodyShape:
     """The measures with the bones of the arms times a factor [-]."""
     offsets = shape.offsets.copy()
     offsets[ARM_ENDS] *= factor
-    return BodyShape(offsets=offsets)
+    return replace(shape, offsets=offsets)
 
 
 def _spine(model: BodyModel) -> list[int]:
@@ -120,9 +173,12 @@ def _upright(in_trunk: FloatArray) -> FloatArray:
 
 
 def _symmetric(offsets: FloatArray) -> FloatArray:
-    """Make the body symmetric: trackers have larger errors than real bodies have asymmetries."""
+    """Make the body symmetric: trackers have larger errors than real bodies have asymmetries.
+
+    A joint that was measured on one side only is the same on the other.
+    """
     mirrored = offsets * [1.0, -1.0, 1.0]
-    return 0.5 * (offsets + mirrored[OTHER_SIDE])
+    return nan_mean(np.stack([offsets, mirrored[OTHER_SIDE]]))
 
 
 def _robust_mean(name: str, values: FloatArray) -> float:

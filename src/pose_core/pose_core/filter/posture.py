@@ -22,6 +22,7 @@ from pose_core.kernels.swing_twist import flexion, twist
 
 LEAST_DEFINED = 1e-3  # [-] lower bound of how well a twist is defined
 HINGE_DOF = 3.0  # [-] of Student's t of hinges: a wrong prior yields to the cameras
+OPPOSITE = -0.5  # [-] cosine between a hinge's lateral axes, below which one link is turned back
 NO_SOURCE = -1
 
 
@@ -110,22 +111,36 @@ def add_relative_rotation(
 
 @compiled_in_place
 def turn_back(constants: PostureConstants, state: FilterState, relative: FloatArray) -> int:
-    """Rotate limbs that bend backwards too far by half a turn; returns their number.
+    """Rotate limbs that are half a turn off about their long axes; returns their number.
 
-    Both links rotate about their long axes, so that no joint moves. Links with an IMU are not
-    changed: it measures their axial rotation. ``relative`` is a work array, (3, 3).
+    A hinge whose lateral axes are opposite satisfies :func:`add_hinge`, too: its lower link is
+    rotated, or the upper one if the lower has an IMU. Of a hinge that bends backwards too far, both
+    links are rotated. No joint moves. Links with an IMU are not changed: it measures their axial
+    rotation. ``relative`` is a work array, (3, 3).
     """
     count = 0
     for hinge in range(len(constants.hinges.links)):
         parent, link = constants.hinges.parents[hinge], constants.hinges.links[hinge]
-        if state.has_imu[parent] or state.has_imu[link]:
+        if state.has_imu[parent] and state.has_imu[link]:
             continue
         upper, lower = state.pose.rotations[parent], state.pose.rotations[link]
         transposed_product(upper, lower, relative)
+        if relative[1, 1] < OPPOSITE:
+            turn_half(upper if state.has_imu[link] else lower)
+            count += 1
+            transposed_product(upper, lower, relative)
+        if state.has_imu[parent] or state.has_imu[link]:
+            continue
         if flexion(relative, constants.hinges.signs[hinge]) < constants.wrong_bend:
-            for i in range(3):
-                for k in range(2):
-                    upper[i, k] = -upper[i, k]
-                    lower[i, k] = -lower[i, k]
+            turn_half(upper)
+            turn_half(lower)
             count += 1
     return count
+
+
+@compiled_in_place
+def turn_half(R: FloatArray) -> None:
+    """Rotate a link, in place, by half a turn about its own z axis."""
+    for i in range(3):
+        for k in range(2):
+            R[i, k] = -R[i, k]

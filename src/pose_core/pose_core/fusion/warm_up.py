@@ -5,7 +5,7 @@ Compiling them, at the very first start, takes tens of seconds; loading them tak
 
 import numpy as np
 
-from pose_core.arrays import FloatArray
+from pose_core.body.average_body import neutral_pose
 from pose_core.body.frames import BodyFrames
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape, shape_of
@@ -18,37 +18,15 @@ from pose_core.fusion.sensor_frames import SensorsInMap
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.sensor_to_segment import SensorToSegment
-from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.joints import JOINTS, TrackingState
 from pose_core.kernels.compiling import announce_compilation
 from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
 from pose_core.streams.samples import ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import AlignedFrame
 
-NEUTRAL = {  # [m] from mid-hip, x forward, y left, z up: an average body
-    "head": (0.0, 0.0, 0.75),
-    "neck": (0.0, 0.0, 0.52),
-    "torso": (0.0, 0.0, 0.25),
-    "shoulder": (0.0, 0.18, 0.48),
-    "elbow": (0.0, 0.18, 0.2),
-    "hand": (0.0, 0.18, -0.05),
-    "hip": (0.0, 0.09, 0.0),
-    "knee": (0.0, 0.09, -0.43),
-    "foot": (0.0, 0.09, -0.85),
-}
 PLACES = {"left": (3.0, 0.0, 1.0), "right": (0.0, 3.0, 1.0)}  # [m] of the sensors, not rotated
 PERIOD_NS = 33_333_333
 FRAMES = 45  # enough to align and use an IMU with known mounting
-
-
-def neutral_pose() -> FloatArray:
-    """Joints of a body in the N-pose, shape (15, 3) [m]."""
-    joints = np.zeros((len(JOINTS), 3))
-    for joint, row in JOINT_INDEX.items():
-        side, _, name = joint.partition("_")
-        joints[row] = NEUTRAL[name or side]
-        if side == "right":
-            joints[row, 1] *= -1.0
-    return joints
 
 
 _warm: dict[tuple[str, str], EstimateBlock] = {}

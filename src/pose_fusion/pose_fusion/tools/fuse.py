@@ -12,6 +12,7 @@ from rich.progress import Progress, TimeRemainingColumn
 from pose_calibration.imus.section import load_alignments_if_any
 from pose_core.api import (
     AlignmentHistory,
+    BodyShape,
     EstimateBlock,
     Extrinsics,
     PeoplePipeline,
@@ -273,6 +274,15 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
             yield f"  tracker of {sensor}: delay not known, too little motion with IMUs at the end"
 
 
+def body_lines(shape: BodyShape | None) -> Iterator[str]:
+    """Which joints no camera saw, so that their bones have an average body's proportions."""
+    if shape is not None and shape.assumed:
+        yield (
+            f"  body: {', '.join(shape.assumed)} hardly ever tracked: bone lengths of an average "
+            "body of this size; angles there are what IMUs and posture tell"
+        )
+
+
 def run() -> int | None:
     """The tool; returns the exit status."""
     arguments = parse_arguments()
@@ -304,6 +314,8 @@ def run() -> int | None:
     for line in people_lines(pipeline):
         print(line)
     for line in fault_lines(pipeline.subject.counters.as_dict()):
+        print(line)
+    for line in body_lines(pipeline.subject.shape):
         print(line)
     for line in delay_lines(pipeline):
         print(line)

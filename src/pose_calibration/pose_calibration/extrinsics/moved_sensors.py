@@ -1,0 +1,133 @@
+r"""Finds a sensor that was moved during a recording, by a change of its view's correction.
+
+In windows of ten seconds, the small rigid motion :math:`(\omega, t)` is fitted that moves one
+sensor's joints, placed by the extrinsics, onto the reference's:
+
+.. math:: \min \sum_i \rho(\|p^b_i - p^a_i - \omega \times (p^a_i - c) - t\|)
+
+It varies with the person's place and facing, since trackers err. A sensor was moved if its medians
+before and after one instant differ by many standard deviations of this variation. Unlike the
+watchdog of the live calibration, which has to notice a motion within seconds, the test uses
+everything before and after.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_calibration.extrinsics.frame_memory import tracked_positions
+from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
+from pose_core.finite_numbers import MAD_TO_STDDEV
+from pose_core.stamps import NS_PER_S
+
+WINDOW_NS = 10 * NS_PER_S
+LEAST_FRAMES = 40  # [-] in a window
+LEAST_JOINTS = 4  # [-] in a frame
+LEAST_WINDOWS = 3  # [-] before and after
+HUBER_M = 0.04  # [m] residual from which on a joint has less weight
+ITERATIONS = 5
+SMALLEST_STDDEV = np.array([1e-3] * 3 + [2e-3] * 3)  # [rad], [m] of a window's correction
+CERTAIN = 6.0  # [-] RMS of the six steps in standard deviations; at most 3.7 without a motion
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovedDuring:
+    """A motion of a sensor during a recording."""
+
+    sensors: tuple[str, ...]  # either of them, or the one that moved
+    at_s: float  # [s] since the recording's first frame, to within a window
+    angle: float  # [rad]
+    distance: float  # [m] of the view at the person
+
+    def __str__(self) -> str:
+        """Message to the user."""
+        who = " or ".join(f"'{name}'" for name in self.sensors)
+        minutes, seconds = divmod(round(self.at_s), 60)
+        return (
+            f"{who} was moved at about {minutes}:{seconds:02d}, its view by "
+            f"{np.degrees(self.angle):.1f}° and {100.0 * self.distance:.0f} cm: the extrinsics are "
+            "a compromise; split the recording there"
+        )
+
+
+def find_moved(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[MovedDuring, ...]:
+    """Sensors that were moved during a recording, by each sensor's view and the reference's.
+
+    Args:
+        frames: All sensors' skeletons at common instants, in the order of time.
+        extrinsics: As estimated from all of them.
+    """
+    reference, *others = extrinsics.sensors
+    found = []
+    for other in others:
+        starts_s, corrections = _corrections(frames, extrinsics, (reference, other))
+        step = _step(corrections)
+        if step is not None:
+            index, change = step
+            angle, distance = (float(np.linalg.norm(part)) for part in np.split(change, 2))
+            at_s = float(starts_s[index])
+            found.append(MovedDuring(sensors=(other,), at_s=at_s, angle=angle, distance=distance))
+    if found and len(found) == len(others):  # of two views either may have moved
+        sensors = (reference, *others) if len(others) == 1 else (reference,)
+        first = found[0]
+        return (
+            MovedDuring(
+                sensors=sensors, at_s=first.at_s, angle=first.angle, distance=first.distance
+            ),
+        )
+    return tuple(found)
+
+
+def _corrections(
+    frames: Sequence[AlignedFrame], extrinsics: Extrinsics, pair: tuple[str, str]
+) -> tuple[FloatArray, FloatArray]:
+    """Start of each window [s], (n,), and the correction of the second view in it, (n, 6)."""
+    windows: dict[int, list[FloatArray]] = {}
+    for frame in frames:
+        one, other = (
+            transformed(extrinsics.T_reference_sensor[name], own)
+            for name, own in zip(pair, tracked_positions(frame, pair), strict=True)
+        )
+        is_known = np.isfinite(one + other).all(axis=1)
+        if is_known.sum() >= LEAST_JOINTS:
+            window = (frame.stamp_ns - frames[0].stamp_ns) // WINDOW_NS
+            windows.setdefault(window, []).append(np.hstack([one, other])[is_known])
+    kept = {at: np.vstack(each) for at, each in windows.items() if len(each) >= LEAST_FRAMES}
+    if not kept:
+        return np.empty(0), np.empty((0, 6))
+    centre = np.median(np.vstack([each[:, :3] for each in kept.values()]), axis=0)
+    starts_s = np.array(sorted(kept)) * (WINDOW_NS / NS_PER_S)
+    return starts_s, np.array([_correction(kept[at], centre) for at in sorted(kept)])
+
+
+def _correction(joints: FloatArray, centre: FloatArray) -> FloatArray:
+    """Rotation vector about the centre [rad] and translation [m], (6,), of joints (n, 6) [m]."""
+    arm, difference = joints[:, :3] - centre, joints[:, 3:] - joints[:, :3]
+    design = np.zeros((len(arm), 3, 6))
+    design[:, :, :3] = np.cross(np.eye(3), arm[:, None, :]).transpose(0, 2, 1)  # e_k × arm
+    design[:, :, 3:] = np.eye(3)
+    weight = np.ones(len(arm))
+    for _ in range(ITERATIONS):
+        weighted = design * weight[:, None, None]
+        normal = np.einsum("nij,nik->jk", weighted, design)
+        solution = np.linalg.solve(normal, np.einsum("nij,ni->j", weighted, difference))
+        residual = np.linalg.norm(difference - design @ solution, axis=1)
+        weight = 1.0 / np.maximum(residual / HUBER_M, 1.0)
+    return np.asarray(solution)
+
+
+def _step(corrections: FloatArray) -> tuple[int, FloatArray] | None:
+    """The first window after the clearest step, and the step, (6,); None without a clear one."""
+    count, best, found = len(corrections), CERTAIN, None
+    for split in range(LEAST_WINDOWS, count - LEAST_WINDOWS + 1):
+        before, after = corrections[:split], corrections[split:]
+        middles = np.median(before, axis=0), np.median(after, axis=0)
+        apart = np.abs(np.vstack([before - middles[0], after - middles[1]]))
+        stddev = MAD_TO_STDDEV * np.median(apart, axis=0) + SMALLEST_STDDEV
+        change = middles[1] - middles[0]
+        of_change = stddev * np.sqrt(1.0 / split + 1.0 / (count - split))
+        deviations = float(np.sqrt(np.mean((change / of_change) ** 2)))
+        if deviations > best:
+            best, found = deviations, (split, change)
+    return found

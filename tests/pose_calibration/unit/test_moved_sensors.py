@@ -1,0 +1,54 @@
+"""A sensor that is moved during a recording is found, and when."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from walking_person import POSES, frames, sensor_pose
+
+from pose_calibration.extrinsics.moved_sensors import find_moved
+from pose_core.session.extrinsics import extrinsics_from_map
+from pose_core.streams.time_alignment import AlignedFrame
+
+HALF_S = 50.0
+HALF_NS = 50_000_000_000
+
+
+def recording(after, poses=POSES):
+    """Frames with the first poses, then with those after the motion."""
+    first = frames(duration_s=HALF_S, noise=0.02, seed=1, poses=poses)
+    second = frames(duration_s=HALF_S, noise=0.02, seed=2, poses=after)
+    start_ns = first[0].stamp_ns + HALF_NS - second[0].stamp_ns
+    return first + [
+        AlignedFrame(stamp_ns=each.stamp_ns + start_ns, samples=each.samples) for each in second
+    ]
+
+
+def bumped(sensor, poses=POSES):
+    T = poses[sensor].copy()
+    T[:3, :3] = Rotation.from_euler("z", 1.0, degrees=True).as_matrix() @ T[:3, :3]
+    T[:3, 3] += [0.0, 0.02, 0.0]
+    return {**poses, sensor: T}
+
+
+def test_a_camera_bumped_by_one_degree_is_found_within_a_window():
+    (moved,) = find_moved(recording(bumped("right")), extrinsics_from_map(POSES))
+    assert moved.sensors == ("left", "right")
+    assert moved.at_s == pytest.approx(HALF_S, abs=10.0)
+    assert np.degrees(moved.angle) == pytest.approx(1.0, abs=0.4)
+    assert "'left' or 'right' was moved at about 0:" in str(moved)
+
+
+@pytest.mark.parametrize("sensor", ["left", "back"])
+def test_of_three_sensors_the_moved_one_is_named(sensor):
+    poses = {**POSES, "back": sensor_pose(5.0, 0.5, 1.1, 170.0)}
+    (moved,) = find_moved(recording(bumped(sensor, poses), poses), extrinsics_from_map(poses))
+    assert moved.sensors == (sensor,)
+
+
+def test_sensors_that_stand_still_are_not_named():
+    assert find_moved(recording(POSES), extrinsics_from_map(POSES)) == ()
+
+
+def test_a_short_recording_says_nothing():
+    some = frames(duration_s=20.0, noise=0.02, seed=1)
+    assert find_moved(some, extrinsics_from_map(POSES)) == ()
