@@ -53,12 +53,13 @@ class ImuUse:
 
     @property
     def _use(self) -> str:
+        share = f"used for {100.0 * self.used / max(self.instants, 1):.0f} % of frames"
         if self.reason:
-            return f"{self.segment}: not used, {self.reason}"
+            before = f"; before, it was {share}" if self.used else ""
+            return f"{self.segment}: not used, {self.reason}{before}"
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
         anew = f"; aligned anew {self.contradictions} times: see its strap, and magnets"
         return (
-            f"{self.segment}: used for {100.0 * self.used / max(self.instants, 1):.0f} % of frames,"
-            f" tilt known to {tilt:.1f}°, turn to {turn:.1f}°, heading to {heading:.1f}°"
-            + (anew if self.contradictions else "")
+            f"{self.segment}: {share}, tilt known to {tilt:.1f}°, turn to {turn:.1f}°, "
+            f"heading to {heading:.1f}°" + (anew if self.contradictions else "")
         )
