@@ -142,7 +142,7 @@ def main(given: list[str]) -> None:
     console.print(agreement_table(session))
     if session.people_line:
         print(session.people_line)
-    for line in scale_lines(session.extrinsics):
+    for line in (*scale_lines(session.extrinsics), *map(str, session.moved)):
         print(line)
     print(floor_line(session.extrinsics))
     if session.imus is not None:
