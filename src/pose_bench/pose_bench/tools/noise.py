@@ -15,7 +15,8 @@ from pose_core.finite_numbers import mean_known
 from pose_core.joints import LIMB_ENDS, SIDES
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.agreement import view_agreement
-from pose_evaluation.scores import HIPS_AND_KNEES, score_method
+from pose_evaluation.scores import HIPS_AND_KNEES as LEGS
+from pose_evaluation.scores import score_method
 from pose_evaluation.stability import bone_length_cv_percent
 from pose_sim.choreography import STILL
 from pose_sim.scene import SENSORS, SceneParameters
@@ -24,7 +25,6 @@ from pose_sim.session import NOISE_PRESETS
 SUMMARY = "errors of the virtual Kinects beside those published of real Kinects"
 TITLE = "Virtual and real Kinects"
 DURATION_S = 60.0  # [s] of each session
-LEGS = HIPS_AND_KNEES
 KNEES = tuple(f"{side}_knee_flexion" for side in SIDES)
 SHOULDERS = tuple(f"{side}_shoulder_abduction" for side in SIDES)
 ELBOWS = tuple(f"{side}_elbow_flexion" for side in SIDES)
