@@ -12,7 +12,7 @@ everything before and after.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,12 +70,7 @@ def find_moved(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[
             found.append(MovedDuring(sensors=(other,), at_s=at_s, angle=angle, distance=distance))
     if found and len(found) == len(others):  # of two views either may have moved
         sensors = (reference, *others) if len(others) == 1 else (reference,)
-        first = found[0]
-        return (
-            MovedDuring(
-                sensors=sensors, at_s=first.at_s, angle=first.angle, distance=first.distance
-            ),
-        )
+        return (replace(found[0], sensors=sensors),)
     return tuple(found)
 
 

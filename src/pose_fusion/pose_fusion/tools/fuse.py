@@ -275,11 +275,12 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
 
 
 def body_lines(shape: BodyShape | None) -> Iterator[str]:
-    """Which joints no camera saw, so that their bones have an average body's proportions."""
+    """Which joints could not be measured, so that they have an average body's proportions."""
     if shape is not None and shape.assumed:
         yield (
-            f"  body: {', '.join(shape.assumed)} hardly ever tracked: bone lengths of an average "
-            "body of this size; angles there are what IMUs and posture tell"
+            f"  body: {', '.join(shape.assumed)} not measured, since they, or the hips and the neck "
+            "they are measured from, are hardly ever tracked: bone lengths of an average body of "
+            "this size; angles of what is not seen are what IMUs and posture tell"
         )
 
 
