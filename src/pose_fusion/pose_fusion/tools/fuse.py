@@ -278,7 +278,7 @@ def body_lines(shape: BodyShape | None) -> Iterator[str]:
     """Which joints could not be measured, so that they have an average body's proportions."""
     if shape is not None and shape.assumed:
         yield (
-            f"  body: {', '.join(shape.assumed)} not measured, since they, or the hips and the neck "
+            f"  body: {', '.join(shape.assumed)} not measured, since they, or the hips and neck "
             "they are measured from, are hardly ever tracked: bone lengths of an average body of "
             "this size; angles of what is not seen are what IMUs and posture tell"
         )
