@@ -7,8 +7,10 @@ from synthetic_body import MODEL, SHAPE, kinematics
 
 from pose_core.body.kinematics import model_arrays
 from pose_core.fusion.output_grid import OutputGrid
-from pose_core.kernels.output import blend_joints
+from pose_core.kernels.output import blend_joints, blend_root
 from pose_core.kernels.output_blending import (
+    BLEND_OF_PREDICTION,
+    BLEND_S,
     LARGEST_TRAVEL,
     TRAVEL_AFTER_GAP,
     blend_angle,
@@ -103,6 +105,33 @@ def test_blending_adds_no_lag_to_a_smooth_filter():
     assert known.all()
 
 
+def published_root(targets, velocities, blend_s):
+    """Positions [m] of a root, (n, 3), at 100 Hz, by the filter's and their velocities."""
+    blending, rows = make_blending(MODEL.size), []
+    blending.slow_s[0] = 0.0  # the start is over
+    for k, (target, velocity) in enumerate(zip(targets, velocities, strict=True)):
+        dof = make_dof_estimate(MODEL.size)
+        dof.position[:3], dof.velocity[:3] = target, velocity
+        blend_root(PERIOD_S if k else 0.0, blend_s, np.eye(3), blending, dof)
+        rows.append(blending.position[:3].copy())
+    return np.array(rows)
+
+
+def test_a_root_that_is_predicted_far_ahead_shakes_less_and_keeps_up_with_a_walk():
+    rng, ahead_s = np.random.default_rng(4), 0.12
+    t = np.arange(500) * PERIOD_S
+    true = np.outer(t, [1.2, 0.0, 0.0])
+    errors = np.repeat(rng.normal(0.0, 0.15, (100, 3)), 5, axis=0)  # [m/s], of one frame each
+    velocities = np.array([1.2, 0.0, 0.0]) + errors
+    targets = true + ahead_s * errors
+    at_once = published_root(targets, velocities, BLEND_S)
+    steadier = published_root(targets, velocities, BLEND_OF_PREDICTION * ahead_s)
+    shake = [np.std(np.diff(each, n=2, axis=0)) for each in (at_once, steadier)]
+    assert shake[1] < 0.3 * shake[0]
+    assert np.abs(np.mean(steadier - true, axis=0)).max() < 0.005
+    assert np.std(steadier - true) < np.std(at_once - true)
+
+
 def published_joints(poses, rates, jumps=0.0):
     """Joints as published at 100 Hz, (n, 15, 3), of a person with a root at rest.
 
@@ -127,6 +156,7 @@ def published_joints(poses, rates, jumps=0.0):
             np.zeros((links, 3, 3)),
             np.zeros((2, links, 3, 3)),
             np.ones(1),
+            np.zeros(1),
         )
         blending.R_map_root[:] = poses.rotations[k, 0]
         blend_joints(model, PERIOD_S if k else 0.0, state, blending, found[k])

@@ -34,6 +34,7 @@ def states():
         * rng.choice([0.01, 0.1, 1.0], (POSES, 1, 1, 1)),
         information=rng.uniform(0.0, 0.5, (POSES, 2, LINKS, 3, 3)),
         scale=rng.uniform(0.5, 3.0, (POSES, 1)),
+        ahead_s=np.zeros((POSES, 1)),
     )
 
 

@@ -204,4 +204,5 @@ class ErrorStateFilter:
             covariance=np.empty((*rows, links, 3, 3)),
             information=information,
             scale=scale,
+            ahead_s=np.zeros((*rows, 1)),
         )

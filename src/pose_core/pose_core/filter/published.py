@@ -54,6 +54,7 @@ def predict_published(
         parents: Parents of the links, (links,); −1 for the root.
         out: Filled, except information and scale.
     """
+    out.ahead_s[0] = dt_s
     motion = constants.motion
     pose = Pose(
         out.position, out.rotations, PUBLISHED_SLIDE * state.pose.slides, out.velocity, out.rates

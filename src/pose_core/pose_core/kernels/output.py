@@ -11,7 +11,14 @@ from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_links
 from pose_core.kernels.joint_angle_extraction import continuous_vector, extract_pose
 from pose_core.kernels.link_frames import compute_link_transforms
-from pose_core.kernels.output_blending import BLEND_S, Blending, blend_angle, decay, elapsed_s
+from pose_core.kernels.output_blending import (
+    BLEND_OF_PREDICTION,
+    BLEND_S,
+    Blending,
+    blend_angle,
+    decay,
+    elapsed_s,
+)
 from pose_core.kernels.published_state import DofEstimate, PublishedState, make_dof_estimate
 from pose_core.kernels.rotations import logarithm, product_transposed, rotate_left
 
@@ -72,13 +79,15 @@ def output_states(
             states.covariance[n],
             states.information[n],
             states.scale[n],
+            states.ahead_s[n],
         )
         rotations[:] = state.rotations
         rotate_into_hinge_planes(rotations, body.hinges)
         extract_pose(body.model, state.position, rotations, state, blending.position, dof)
         share_out(dof.information, output.weight_kinect[n], output.weight_imu[n], output.source[n])
         dt_s = elapsed_s(blending, int(stamps_ns[n]))
-        blend(body, dt_s, rotations[0], blending, dof, output.is_known[n])
+        root_blend_s = max(BLEND_S, BLEND_OF_PREDICTION * state.ahead_s[0])
+        blend(body, dt_s, root_blend_s, rotations[0], blending, dof, output.is_known[n])
         published_variance(
             dof,
             blending.velocity,
@@ -110,6 +119,7 @@ def output_states(
 def blend(
     body: OutputBody,
     dt_s: float,
+    root_blend_s: float,
     R_map_root: FloatArray,
     blending: Blending,
     dof: DofEstimate,
@@ -120,6 +130,7 @@ def blend(
     Args:
         body: The body.
         dt_s: See :func:`elapsed_s`.
+        root_blend_s: 1/k of the root's position [s].
         R_map_root: The root's rotation, (3, 3).
         blending: The last output; updated.
         dof: The filter's estimate; the root's becomes the published one, and what blending adds
@@ -127,14 +138,16 @@ def blend(
         is_known: Filled, (d,).
     """
     dof.blended[:] = 0.0
-    blend_root(dt_s, R_map_root, blending, dof)
+    blend_root(dt_s, root_blend_s, R_map_root, blending, dof)
     is_known[:ROOT_DOF] = True
     for at in range(ROOT_DOF, len(is_known)):
         is_known[at] = blend_angle(blending, at, dt_s, dof, body.limits[at])
 
 
 @compiled
-def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, dof: DofEstimate) -> None:
+def blend_root(
+    dt_s: float, blend_s: float, R_map_root: FloatArray, blending: Blending, dof: DofEstimate
+) -> None:
     """Blend the root's position and, on the manifold, its rotation; see :func:`blend`."""
     R, apart, turn = np.empty((3, 3)), np.empty((3, 3)), np.zeros(3)
     R[:] = R_map_root
@@ -142,7 +155,7 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, dof: Dof
         for axis in range(3):
             v, w = dof.velocity[axis], dof.velocity[3 + axis]
             e = blending.position[axis] - (dof.position[axis] - v * dt_s)
-            e, e_rate = decay(blending, e, blending.velocity[axis] - v, BLEND_S, dt_s)
+            e, e_rate = decay(blending, e, blending.velocity[axis] - v, blend_s, dt_s)
             dof.position[axis] += e
             dof.velocity[axis] += e_rate
             dof.blended[axis] = e**2

@@ -8,8 +8,9 @@ decays with critical damping,
 
 so that the published rate is the derivative of the published angle. 1/k is short where the filter
 is certain of an angle and long where it is not, as for the axial rotation of a straight limb. The
-joints are blended in the same way, relative to the root. A large difference is reduced at a bounded
-rate. At the start and after a silence that rate is lower and 1/k is longer: sensors return one
+joints are blended in the same way, relative to the root. The root's position is blended for longer
+the further ahead it is predicted, since an error of its velocity grows with that time. A large
+difference is reduced at a bounded rate. At the start and after a silence that rate is lower and 1/k is longer: sensors return one
 after the other, and IMUs are not aligned yet. Angles stay within the limits of the body model.
 """
 
@@ -24,6 +25,7 @@ from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.published_state import DofEstimate
 
 BLEND_S = 0.005  # [s] 1/k of a certain angle, and of the joints' positions
+BLEND_OF_PREDICTION = 0.15  # [-] least 1/k of the root's position, as a share of the time predicted
 CALM_BLEND_S = 0.03  # [s] least 1/k at the start and after a silence
 LONGEST_BLEND_S = 0.12  # [s] 1/k of an uncertain angle
 SURE_STDDEV = np.radians(10.0)  # [rad] up to which an angle counts as certain

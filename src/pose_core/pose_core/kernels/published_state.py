@@ -20,6 +20,7 @@ class PublishedState(NamedTuple):
     covariance: FloatArray  # (links, 3, 3) [rad²] of each link's rotation relative to its parent
     information: FloatArray  # (2, links, 3, 3) [1/rad²] of each source on each link
     scale: FloatArray  # (1,) [-] of the variances
+    ahead_s: FloatArray  # (1,) [s] for which it is predicted
 
 
 class DofEstimate(NamedTuple):
