@@ -11,7 +11,12 @@ import numpy as np
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
-from pose_calibration.extrinsics.moved_sensors import MovedDuring, find_moved
+from pose_calibration.extrinsics.moved_sensors import (
+    Displaced,
+    MovedDuring,
+    find_displaced,
+    find_moved,
+)
 from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
@@ -164,6 +169,25 @@ def complete(
         extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
     _check_stamps(every, extrinsics.reference, extrinsics.clocks)
     return extrinsics
+
+
+def moved_sensors(
+    frames: Iterable[Sequence[SkeletonSample] | ImuBlock], extrinsics: Extrinsics
+) -> tuple[Displaced | MovedDuring, ...]:
+    """What a recording's views say against given extrinsics; nothing where no views agree.
+
+    Args:
+        frames: See :func:`calibrate_people`.
+        extrinsics: As given, with clocks.
+    """
+    frames_kept, _ = _frames_and_blocks(frames)
+    try:
+        samples = _candidates(frames_kept, extrinsics.sensors, "")[0]
+        by_sensor, _ = _sorted(samples, extrinsics.sensors)
+    except CalibrationError:
+        return ()
+    aligned = _aligned(by_sensor, extrinsics.clocks)
+    return find_moved(aligned, extrinsics) or find_displaced(aligned, extrinsics)
 
 
 def _check_stamps(

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from pose_calibration.files.extrinsics_file import load_extrinsics, load_extrinsics_of
 from pose_calibration.geometry.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import calibrate_people, complete
+from pose_calibration.session_calibration import calibrate_people, complete, moved_sensors
 from pose_core.api import Extrinsics, extrinsics_from_map
 from pose_core.errors import InputError
 from pose_fusion.calibration_lines import clocks_line, extrinsics_lines
@@ -83,14 +83,16 @@ def find_extrinsics(
 def _complete_from_motion(
     bag: BagReader, known: Extrinsics, console: Console, *, imus: bool
 ) -> Extrinsics:
-    """Add what known extrinsics lack, and say which clocks are used."""
-    found = known
+    """Add what known extrinsics lack; say which clocks are used, and which sensor was moved."""
+    frames, found = list(BagFrames(bag, imus=imus)), known
     if not known.clocks or known.body is None:
         try:
-            found = complete(BagFrames(bag, imus=imus), known)
+            found = complete(frames, known)
         except CalibrationError as error:
             console.print(f"clocks and body measures: not estimated from the motion ({error})")
     if found.clocks:
         source = "as recorded" if known.clocks else "by the motion in the bag"
         console.print(clocks_line(found, source), soft_wrap=True)
+    for moved in moved_sensors(frames, found):
+        console.print(str(moved), soft_wrap=True)
     return found

@@ -7,7 +7,12 @@ import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
 from pose_calibration.geometry.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import calibrate, calibrate_people, complete
+from pose_calibration.session_calibration import (
+    calibrate,
+    calibrate_people,
+    complete,
+    moved_sensors,
+)
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import IMUS
@@ -55,6 +60,17 @@ def test_samples_of_other_sensors_are_left_out():
 
 def frames(**settings):
     return [[one] for one in samples(**settings)]
+
+
+def test_views_that_contradict_given_poses_are_named():
+    known = calibrate(samples(), ["left", "right"]).extrinsics
+    assert moved_sensors(frames(), known) == ()
+    T = known.T_reference_sensor["right"].copy()
+    T[:3, 3] += 0.1
+    turned = replace(known, T_reference_sensor={**known.T_reference_sensor, "right": T})
+    (moved,) = moved_sensors(frames(), turned)
+    assert moved.sensor == "right"
+    assert moved_sensors(samples(duration_s=1.0)[:0], known) == ()
 
 
 def test_known_poses_are_completed_with_clocks_and_body_measures():

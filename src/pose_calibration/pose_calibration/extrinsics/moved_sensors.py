@@ -1,4 +1,4 @@
-r"""Finds a sensor that was moved during a recording, by a change of its view's correction.
+r"""Finds a sensor that was moved, during a recording or since its extrinsics were calibrated.
 
 In windows of ten seconds, the small rigid motion :math:`(\omega, t)` is fitted that moves one
 sensor's joints, placed by the extrinsics, onto the reference's:
@@ -6,7 +6,8 @@ sensor's joints, placed by the extrinsics, onto the reference's:
 .. math:: \min \sum_i \rho(\|p^b_i - p^a_i - \omega \times (p^a_i - c) - t\|)
 
 It varies with the person's place and facing, since trackers err. A sensor was moved if its medians
-before and after one instant differ by many standard deviations of this variation. Unlike the
+before and after one instant differ by many standard deviations of this variation, and before the
+recording if the median of all is large. Unlike the
 watchdog of the live calibration, which has to notice a motion within seconds, the test uses
 everything before and after.
 """
@@ -27,6 +28,7 @@ LEAST_JOINTS = 4  # [-] in a frame
 LEAST_WINDOWS = 3  # [-] before and after
 HUBER_M = 0.04  # [m] residual from which on a joint has less weight
 ITERATIONS = 5
+DISPLACED = (np.radians(6.0), 0.07)  # [rad], [m] at the person; real ones differ by 3.4°, 4 cm
 SMALLEST_STDDEV = np.array([1e-3] * 3 + [2e-3] * 3)  # [rad], [m] of a window's correction
 CERTAIN = 6.0  # [-] RMS of the six steps in standard deviations; at most 3.7 without a motion
 
@@ -46,9 +48,49 @@ class MovedDuring:
         minutes, seconds = divmod(round(self.at_s), 60)
         return (
             f"{who} was moved at about {minutes}:{seconds:02d}, its view by "
-            f"{np.degrees(self.angle):.1f}° and {100.0 * self.distance:.0f} cm: the extrinsics are "
-            "a compromise; split the recording there"
+            f"{np.degrees(self.angle):.1f}° and {100.0 * self.distance:.0f} cm: no extrinsics "
+            "fit all of it; split the recording there"
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Displaced:
+    """A view that given extrinsics do not place where the reference's is."""
+
+    sensor: str
+    reference: str
+    angle: float  # [rad]
+    distance: float  # [m] at the person
+
+    def __str__(self) -> str:
+        """Message to the user."""
+        return (
+            f"'{self.sensor}': by these extrinsics its view is {np.degrees(self.angle):.1f}° and "
+            f"{100.0 * self.distance:.0f} cm from that of '{self.reference}': one of them was "
+            "moved since, or its tracker's distances are wrong; calibrate again"
+        )
+
+
+def find_displaced(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[Displaced, ...]:
+    """Sensors whose views do not fit the reference's by given extrinsics.
+
+    Args:
+        frames: All sensors' skeletons at common instants, in the order of time.
+        extrinsics: As given, not estimated from these frames.
+    """
+    reference, *others = extrinsics.sensors
+    found = []
+    for other in others:
+        _, corrections = _corrections(frames, extrinsics, (reference, other))
+        if not len(corrections):
+            continue
+        turn, shift = np.split(np.median(corrections, axis=0), 2)
+        angle, distance = float(np.linalg.norm(turn)), float(np.linalg.norm(shift))
+        if angle > DISPLACED[0] or distance > DISPLACED[1]:
+            found.append(
+                Displaced(sensor=other, reference=reference, angle=angle, distance=distance)
+            )
+    return tuple(found)
 
 
 def find_moved(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[MovedDuring, ...]:

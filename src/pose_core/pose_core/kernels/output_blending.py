@@ -10,8 +10,9 @@ so that the published rate is the derivative of the published angle. 1/k is shor
 is certain of an angle and long where it is not, as for the axial rotation of a straight limb. The
 joints are blended in the same way, relative to the root. The root's position is blended for longer
 the further ahead it is predicted, since an error of its velocity grows with that time. A large
-difference is reduced at a bounded rate. At the start and after a silence that rate is lower and 1/k is longer: sensors return one
-after the other, and IMUs are not aligned yet. Angles stay within the limits of the body model.
+difference is reduced at a bounded rate. At the start and after a silence that rate is lower and 1/k
+is longer: sensors return one after the other, and IMUs are not aligned yet. Angles stay within the
+limits of the body model.
 """
 
 from typing import NamedTuple
