@@ -7,9 +7,10 @@ from enum import IntEnum
 from html import escape
 
 from pose_core.stamps import NS_PER_S
+from pose_fusion.watching.observation import TopicStatus
 from pose_node.node_status import NodeStatus
-from pose_view.stream_monitor import SILENT_AFTER_S, StreamReading
 
+SILENT_AFTER_S = 1.0  # [s]
 NODE_SILENT_AFTER_S = 3.5  # [s] nodes report once a second
 IMU_VALUE = re.compile(r"^(?P<segment>\w+)\.(?P<name>\w+)$")
 
@@ -40,26 +41,26 @@ class Line:
     text: str
 
 
-def stream_line(title: str, reading: StreamReading | None, delay_s: float | None = None) -> Line:
+def stream_line(title: str, status: TopicStatus, delay_s: float | None = None) -> Line:
     """Status of a stream of skeletons or bodies.
 
     Args:
         title: Title of the line.
-        reading: Rate, delay and gaps.
+        status: Rate, delay and gaps.
         delay_s: Delay stated by the stream itself [s].
     """
-    if reading is None:
+    if status.age_s is None:
         return Line(mark=Mark.NOTHING, title=title, text="nothing yet")
-    if reading.silent_s > SILENT_AFTER_S:
-        return Line(mark=Mark.BAD, title=title, text=f"silent for {reading.silent_s:.0f} s")
-    delay_s = reading.delay_s if delay_s is None else delay_s
-    text = f"{reading.rate_hz:.0f} Hz"
+    if status.age_s > SILENT_AFTER_S:
+        return Line(mark=Mark.BAD, title=title, text=f"silent for {status.age_s:.0f} s")
+    delay_s = status.latency_s if delay_s is None else delay_s
+    text = f"{status.rate:.0f} Hz"
     if delay_s is not None:
         text += f", {1e3 * delay_s:.0f} ms after capture"
-    if not reading.gaps:
+    if not status.gaps:
         return Line(mark=Mark.GOOD, title=title, text=text)
-    gaps = "1 dropout" if reading.gaps == 1 else f"{reading.gaps} dropouts"
-    text += f", {gaps} in a minute (longest {reading.longest_gap_s:.1f} s)"
+    gaps = "1 dropout" if status.gaps == 1 else f"{status.gaps} dropouts"
+    text += f", {gaps} in a minute (longest {status.longest_gap_s:.1f} s)"
     return Line(mark=Mark.WARNING, title=title, text=text)
 
 
