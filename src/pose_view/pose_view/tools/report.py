@@ -17,7 +17,7 @@ from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
 from pose_node.plain_console import progress_bar
 from pose_view.report.analysis import Analysis, analyse
-from pose_view.report.recording import Wanted, read_recording
+from pose_view.report.report_data import Wanted, read_report_data
 
 PAGE = "report.html"
 
@@ -147,7 +147,7 @@ def run() -> int | None:
         def show(share: float) -> None:
             progress.update(task, description="estimating", total=1.0, completed=share)
 
-        recording = read_recording(bag, wanted, placed, show)
+        recording = read_report_data(bag, wanted, placed, show)
     with console.status("measuring and drawing"):
         analysis = analyse(recording, reference)
         files = write_report(analysis, options.joint, folder)

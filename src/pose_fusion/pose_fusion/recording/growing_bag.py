@@ -66,7 +66,7 @@ class RecordingError(PoseError):
     """The recording had to end: the disk is full, or cannot be written."""
 
 
-class Recording:
+class GrowingBag:
     """A growing bag.
 
     Args:
