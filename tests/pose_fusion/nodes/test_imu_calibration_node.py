@@ -20,9 +20,10 @@ from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.streams.clocks import Clock
 from pose_core.streams.samples import SkeletonSample
-from pose_fusion.conversions import to_clock_messages, to_header, to_static_tf
+from pose_fusion.conversions import to_clock_messages, to_static_tf
 from pose_fusion.nodes.fusion import FusionNode
 from pose_fusion.nodes.live_imu_calibration import ImuCalibrationNode
+from pose_node.conversions import to_header
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 MOUNTING = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.03), residual=0.05)
