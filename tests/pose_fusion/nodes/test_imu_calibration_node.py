@@ -66,7 +66,7 @@ def test_a_restarted_fusion_uses_the_last_imu_alignment(ros_context, monkeypatch
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     overrides = [Parameter("run", value="r1"), Parameter("output_rate", value=0.0)]
     node = ros_context.add(FusionNode(parameter_overrides=overrides))
-    node.pipeline.place_sensors(extrinsics())
+    node.pipeline.use_extrinsics(extrinsics())
     _, _, skeletons, imus = moving_wearer(20.0)
     for sample in merged(skeletons, imus):
         node.pipeline.add((sample,) if isinstance(sample, SkeletonSample) else sample)

@@ -71,7 +71,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self.calibration = LiveCalibration(parameters, known or kept)
         if kept is not None and kept.body is None:  # not the final solution, which has a body
             self.calibration.restart()  # these are used until better ones are found
-        self.changes["person"] = self.calibration.selector.follow
+        self.changes["person"] = self.calibration.selector.choose_by
         self._counters = Counters(
             "malformed_frames", "accelerations_in_other_frames", "imu_without_orientation"
         )

@@ -126,7 +126,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         before = self.pipeline
         self._make_pipeline()
         if before.subject.extrinsics is not None:
-            self.pipeline.place_sensors(before.subject.extrinsics)
+            self.pipeline.use_extrinsics(before.subject.extrinsics)
         shape = before.shape_of(self.settings.subject)
         if shape is not None:
             self.pipeline.use_shape(shape)
@@ -143,7 +143,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         parameters, pipeline = self.settings, self.pipeline
         if parameters.extrinsics_file:
             path = Path(parameters.extrinsics_file)
-            pipeline.place_sensors(load_extrinsics_of(path, parameters.sensors))
+            pipeline.use_extrinsics(load_extrinsics_of(path, parameters.sensors))
         if self._shape_path is not None and self._shape_path.exists():
             pipeline.use_shape(load_body_shape(self._shape_path, pipeline.subject.model))
             self._publish_shapes()
@@ -237,7 +237,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._malformed.pop("/tf_static", None)
         if all(sensor in placed for sensor in self.settings.sensors):
             extrinsics = extrinsics_from_map({s: placed[s] for s in self.settings.sensors})
-            self.pipeline.place_sensors(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
+            self.pipeline.use_extrinsics(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
 
     def _on_clock(self, message: TimeReference) -> None:
         topic = f"clock_offsets/{message.source}"

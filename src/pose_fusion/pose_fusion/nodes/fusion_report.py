@@ -28,7 +28,7 @@ class FusionReporter:
         estimates = self._pipeline.subject.counters["estimates"]
         self._missed = 0 if estimates > self._estimates else self._missed + 1
         self._estimates = estimates
-        self._watch.check(self._pipeline.shown)
+        self._watch.check(self._pipeline.subject_frames)
         before, self._named = self._named, self._unused_sources()
         return before != self._named
 

@@ -230,7 +230,7 @@ def add_all(
     for each in frames:
         pipeline.add(each)
         if history is not None:
-            history.follow(pipeline.subject)
+            history.note(pipeline.subject)
     pipeline.flush()
     return frames.left_out
 
