@@ -68,7 +68,11 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
 
 
 def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionNodeParameters:
-    """Parameters from the file, then from the options; the sensors, if not named, from the bag."""
+    """Parameters from the file, then from the options; the sensors, if not named, from the bag.
+
+    Raises:
+        PoseError: If one is invalid, or the bag lacks a sensor.
+    """
     values = values_from_ros_yaml(arguments.params, "fusion") if arguments.params else {}
     given = {name: getattr(arguments, name) for name in specs(FusionNodeParameters)}
     values.update({name: value for name, value in given.items() if value is not None})
