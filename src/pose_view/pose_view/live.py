@@ -15,7 +15,7 @@ from pose_io.static_transforms import StaticTransforms
 from pose_node.node_status import NodeStatus
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
-from pose_view.plain_words import Line, imu_line, node_line, stream_line
+from pose_view.plain_words import StatusLine, imu_line, node_line, stream_line
 from pose_view.robot import JointHistory, RobotSnapshot, RobotTrack, robot_places, robot_shape
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 
@@ -191,7 +191,7 @@ class LiveGraph:
         recorder = self._reports.get("recorder")
         return None if recorder is None else recorder.values.get("bag", "")
 
-    def lines(self, now_ns: int) -> Iterable[Line]:
+    def lines(self, now_ns: int) -> Iterable[StatusLine]:
         """Status lines."""
         for sensor, watch in self._sensor_watches.items():
             yield stream_line(f"Kinect {sensor}", watch.status(now_ns))

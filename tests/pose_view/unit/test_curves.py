@@ -12,7 +12,7 @@ from pose_fusion.watching.observation import TopicWatch
 from pose_node.level import Level
 from pose_node.node_status import NodeStatus
 from pose_view.curves import BodyTrack, curve, on_grid, titles
-from pose_view.plain_words import Line, Mark, as_html, imu_line, node_line, stream_line
+from pose_view.plain_words import Mark, StatusLine, as_html, imu_line, node_line, stream_line
 from pose_view.web.plots import svg_plot, ticks
 
 JOINTS = moving_joints(4.0)
@@ -135,7 +135,7 @@ def test_a_steady_stream_is_good_news():
         watch.add(k * FRAME_NS + 5_000_000, k * FRAME_NS)
 
     line = stream_line("Fused", watch.status(89 * FRAME_NS + 5_000_000), 0.013)
-    assert line == Line(mark=Mark.GOOD, title="Fused", text="30 Hz, 13 ms after capture")
+    assert line == StatusLine(mark=Mark.GOOD, title="Fused", text="30 Hz, 13 ms after capture")
 
 
 def test_imus_are_summed_up():
@@ -157,7 +157,7 @@ def test_a_silent_node_is_an_error():
 
 
 def test_lines_cannot_smuggle_html_into_the_page():
-    html = as_html([Line(mark=Mark.GOOD, title="<b>", text="<script>")])
+    html = as_html([StatusLine(mark=Mark.GOOD, title="<b>", text="<script>")])
 
     assert "<script>" not in html
     assert "&lt;script&gt;" in html

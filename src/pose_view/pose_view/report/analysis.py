@@ -12,7 +12,7 @@ from pose_evaluation.agreement import (
 )
 from pose_evaluation.gait_cycles import CycleCurve, Cycles, cycle_curves, find_cycles
 from pose_evaluation.range_of_motion import AngleRange, ranges_of_motion
-from pose_evaluation.reference_alignment import Alignment, align_reference
+from pose_evaluation.reference_alignment import ReferenceAlignment, align_reference
 from pose_evaluation.scores import (
     MIN_OVERLAP_S,
     Evaluation,
@@ -34,7 +34,7 @@ class Compared:
     """Comparison of a recording with its reference."""
 
     reference: Reference  # on the recording's clock
-    alignment: Alignment
+    alignment: ReferenceAlignment
     aligned_with: str  # the method it was aligned with
     left_out: tuple[str, ...]  # methods with too little overlap with the reference
     evaluation: Evaluation
