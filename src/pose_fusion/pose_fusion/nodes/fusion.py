@@ -37,11 +37,11 @@ from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
-from pose_fusion.unused_sensors import unused_sensors
 from pose_io.clock_messages import clock_of
 from pose_io.names import imu_topic, skeletons_topic
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
+from pose_io.topics import unused_sensors
 from pose_node.kept import Kept, kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
