@@ -4,7 +4,7 @@ from geometry_msgs.msg import Point
 from pose_msgs.msg import Skeleton, SkeletonArray
 
 from pose_core.joints import JOINTS
-from pose_fusion.conversions import to_header
+from pose_node.conversions import to_header
 
 
 def points(positions):

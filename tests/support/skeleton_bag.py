@@ -4,8 +4,9 @@ from pose_msgs.msg import SkeletonArray
 from sample_messages import skeleton_message
 from synthetic_body import extrinsics
 
-from pose_fusion.conversions import to_bag_message, to_header, to_static_tf
+from pose_fusion.conversions import to_bag_message, to_static_tf
 from pose_io.bag_writer import BagWriter
+from pose_node.conversions import to_header
 
 
 def write_bag(path, samples, with_extrinsics=True, nobody_s=0.0):

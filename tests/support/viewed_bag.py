@@ -6,8 +6,9 @@ from pose_msgs.msg import Skeleton, SkeletonArray
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from pose_core.joints import JOINTS, TrackingState
-from pose_fusion.conversions import to_bag_message, to_header, to_static_tf
+from pose_fusion.conversions import to_bag_message, to_static_tf
 from pose_io.bag_writer import BagWriter
+from pose_node.conversions import to_header
 
 BODIES = ("subject_kinect", "subject", "subject_imu")
 START_NS = 10**18
@@ -50,6 +51,6 @@ def write_viewed_bag(path, duration_s=6.0, bodies=BODIES):
         for k, joints in enumerate(positions):
             stamp_ns = START_NS + k * FRAME_NS
             for body in bodies:
-                message = skeleton_message(joints, to_header(stamp_ns), body)
+                message = skeleton_message(joints, to_header(stamp_ns, "map"), body)
                 write(f"/humans/bodies/{body}/skeleton", message, stamp_ns)
     return positions

@@ -59,7 +59,11 @@ def read_devices(path: Path, sink: PortConfig) -> Devices:
 
 
 def parse_devices(document: Any, sink: PortConfig) -> Devices:
-    """The devices from a nodes file's content, see :func:`read_devices`."""
+    """The devices from a nodes file's content, see :func:`read_devices`.
+
+    Raises:
+        InputError: If the content is invalid.
+    """
     top = mapping(document, "the file", {"nodes", "ports"})
     ports: list[PortConfig] = []
     nodes: list[ImuNode] = []

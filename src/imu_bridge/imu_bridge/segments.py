@@ -40,7 +40,11 @@ class ImuNode:
 
 
 def nodes_of(entries: Any, port: int) -> list[ImuNode]:
-    """The nodes of one port from a mapping of node id to segment, or to segment and calibration."""
+    """The nodes of one port from a mapping of node id to segment, or to segment and calibration.
+
+    Raises:
+        InputError: If it is no such mapping.
+    """
     if not isinstance(entries, Mapping) or not entries:
         raise InputError("expected a mapping 'nodes' of node id to segment, such as '1: torso'")
     return [node_of(node_id, entry, port) for node_id, entry in entries.items()]
@@ -61,7 +65,11 @@ def refuse_double_segments(nodes: Sequence[ImuNode], port_names: Sequence[str]) 
 
 
 def node_of(node_id: Any, entry: Any, port: int) -> ImuNode:
-    """One node from its entry in the file."""
+    """One node from its entry in the file.
+
+    Raises:
+        InputError: If the id, the segment or a calibration is invalid.
+    """
     if type(node_id) is not int or not 0 <= node_id <= MAX_NODE_ID:
         raise InputError(f"node id {node_id!r} is not an integer from 0 to {MAX_NODE_ID}")
     where = f"node {node_id}"
@@ -109,7 +117,7 @@ def _numbers(values: Mapping[str, Any], key: str, where: str, default: FloatArra
 
 
 def mapping(value: Any, where: str, keys: Set[str]) -> Mapping[str, Any]:
-    """Check that a value in the file is a mapping with known keys."""
+    """The value, or an :class:`InputError` raised if it is no mapping with known keys."""
     if not isinstance(value, Mapping):
         raise InputError(f"{where}: expected a mapping with {', '.join(sorted(keys))}")
     unknown = [key for key in value if key not in keys]

@@ -2,16 +2,15 @@
 
 from geometry_msgs.msg import Point
 from pose_msgs.msg import Skeleton, SkeletonArray
-from std_msgs.msg import Header
 
 from kinect_bridge.source import SkeletonFrame
 from pose_core.joints import JOINTS
-from pose_node.conversions import ns_to_stamp
+from pose_node.conversions import to_header
 
 
 def to_skeleton_array(frame: SkeletonFrame, frame_id: str) -> SkeletonArray:
     """Convert a frame with all persons; joints that are not tracked are NaN."""
-    header = Header(stamp=ns_to_stamp(frame.stamp_ns), frame_id=frame_id)
+    header = to_header(frame.stamp_ns, frame_id)
     return SkeletonArray(
         header=header,
         skeletons=[

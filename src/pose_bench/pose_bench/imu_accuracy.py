@@ -226,10 +226,10 @@ def synthetic_errors(
     R_enu_map = Rotation.from_euler("z", session.heading_enu_map)
     found = []
     for i, node_id in enumerate(NODES):
-        alignment = session.alignments[node_id]
+        node = session.nodes[node_id]
         own = judged & (batch.node == i)
-        path = session.motion.segment(alignment.segment, alignment.place)
-        truth = R_enu_map * path.rotation(times[own]) * alignment.R_segment_sensor
+        path = session.motion.segment(node.segment, node.place)
+        truth = R_enu_map * path.rotation(times[own]) * node.R_segment_sensor
         found.append(
             errors(batch.orientation[own], truth.as_quat(), knows_heading=variant.knows_heading)
         )

@@ -28,23 +28,23 @@ LEVEL_MOUNTING = np.array(
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class CameraView:
     """One camera's data of one person."""
 
     samples: tuple[SkeletonSample, ...]  # in order of capture, in the optical frame
     series: SkeletonSeries  # the same
 
-    def shifted(self, shift_ns: int) -> "View":
+    def shifted(self, shift_ns: int) -> "CameraView":
         """The view with ``shift_ns`` [ns] added to its stamps."""
         return view_of([replace(s, stamp_ns=s.stamp_ns + shift_ns) for s in self.samples])
 
 
-def view_of(samples: Sequence[SkeletonSample]) -> View:
+def view_of(samples: Sequence[SkeletonSample]) -> CameraView:
     """Create a view from samples."""
-    return View(samples=tuple(samples), series=series_from_samples(samples))
+    return CameraView(samples=tuple(samples), series=series_from_samples(samples))
 
 
-def view_of_stream(stream: SensorStream) -> View:
+def view_of_stream(stream: SensorStream) -> CameraView:
     """The only person of a recorded sensor, stamped as by ``kinect_bridge``."""
     return view_of(samples_of_stream(replace(stream, name=CAMERA), ChosenPerson()))
 

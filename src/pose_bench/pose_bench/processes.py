@@ -1,10 +1,10 @@
-"""Processes of a graph under test: launching them, watching them; their CPU time and memory."""
+"""Processes of a graph under test: their input, latencies, CPU time and memory."""
 
 import json
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,14 +23,6 @@ class Usage:
     name: str  # of its executable
     cpu_s: float  # [s] since its start
     memory_mb: float  # [MB] proportional set size: shared memory is divided
-
-
-def launch(launch_file: str, arguments: Mapping[str, str], log: Path) -> "subprocess.Popen[str]":
-    """Start the processes of a launch file; their output goes to a file."""
-    words = [f"{name}:={value}" for name, value in arguments.items()]
-    with log.open("w") as output:
-        up: list[str | Path] = [executable("pose_launch", "up"), launch_file, *words]
-        return start(up, stdout=output, stderr=subprocess.STDOUT)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.frame_rate import time_stretch
-from pose_bench.one_camera import RAW, View, run_one_camera, view_of, view_of_stream
+from pose_bench.one_camera import RAW, CameraView, run_one_camera, view_of, view_of_stream
 from pose_bench.tables import TextTable, number
 from pose_core.api import (
     ANGLES,
@@ -67,7 +67,7 @@ class Repetition:
     name: str  # of its file
     movement: str
     subject: str
-    view: View
+    view: CameraView
     vicon: AngleSeries
 
     @property

@@ -58,11 +58,11 @@ from pose_core.people.tracker import PeopleTracker
 from pose_core.session.extrinsics import (
     BoardResiduals,
     Extrinsics,
+    FloorEstimate,
     PairResiduals,
+    SessionBody,
     extrinsics_from_map,
 )
-from pose_core.session.floor_estimate import FloorEstimate
-from pose_core.session.session_body import SessionBody
 from pose_core.streams.angle_series import (
     AngleSeries,
     angle_columns,

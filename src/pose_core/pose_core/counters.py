@@ -15,7 +15,11 @@ class Counters:
         self._counts: Counter[str] = Counter(dict.fromkeys(names, 0))
 
     def add(self, name: str, count: int = 1) -> None:
-        """Add to a declared count."""
+        """Add to a declared count.
+
+        Raises:
+            KeyError: If the name was not declared.
+        """
         if name not in self._counts:
             raise KeyError(f"counter '{name}' was not declared; there are {list(self._counts)}")
         self._counts[name] += count

@@ -141,12 +141,20 @@ def refuse_unknown(parameters: type, names: Iterable[Any]) -> None:
 
 
 def from_ros_yaml(parameters: type[T], path: Path, node: str) -> T:
-    """Read a ROS parameter file (``/**`` and then ``node`` apply)."""
+    """Read a ROS parameter file (``/**`` and then ``node`` apply).
+
+    Raises:
+        PoseError: If the file has none for the node, or an unknown or invalid one.
+    """
     return from_mapping(parameters, values_from_ros_yaml(path, node))
 
 
 def values_from_ros_yaml(path: Path, node: str) -> dict[str, Any]:
-    """The parameters that a ROS parameter file gives a node, unchecked."""
+    """The parameters that a ROS parameter file gives a node, unchecked.
+
+    Raises:
+        InputError: If the file cannot be read, or has no mapping ``ros__parameters`` for the node.
+    """
     document = read_yaml(path, "the parameter file")
     values: dict[str, Any] = {}
     if not isinstance(document, dict):

@@ -52,7 +52,7 @@ def smoothed(series: AngleSeries) -> tuple[IntArray, dict[str, FloatArray]]:
     """The angles at 100 Hz after the low-pass filter.
 
     Returns:
-        Instants [ns] and angles [rad] by name; NaN at gaps of more than 0.5 s.
+        Instants (n,) [ns] and angles (n,) [rad] by name; NaN at gaps of more than 0.5 s.
     """
     if len(series) == 0:
         return np.zeros(0, np.int64), {name: np.zeros(0) for name in ANGLES}

@@ -22,7 +22,7 @@ WEAK = 0.5  # [-] smallest accepted correlation
 
 
 @dataclass(frozen=True, kw_only=True)
-class Alignment:
+class ReferenceAlignment:
     """Result of aligning a reference with the recording's clock."""
 
     begins_at_s: float  # [s] start of the reference after the recording's first instant
@@ -31,7 +31,9 @@ class Alignment:
     next_best: float  # [-] the highest one at least 0.5 s away; NaN if there is none
 
 
-def align_reference(reference: Reference, recording: AngleSeries) -> tuple[Reference, Alignment]:
+def align_reference(
+    reference: Reference, recording: AngleSeries
+) -> tuple[Reference, ReferenceAlignment]:
     """Align a reference with a recording's clock, unless they share one.
 
     Args:
@@ -46,7 +48,7 @@ def align_reference(reference: Reference, recording: AngleSeries) -> tuple[Refer
     """
     known = reference.angles
     if _overlap_s(known, recording) >= LEAST_OVERLAP_S:
-        return reference, Alignment(
+        return reference, ReferenceAlignment(
             begins_at_s=_seconds(known, recording),
             shares_clock=True,
             correlation=np.nan,
@@ -65,7 +67,7 @@ def align_reference(reference: Reference, recording: AngleSeries) -> tuple[Refer
     shift_ns = coarse_ns + round(1e9 * fine_s)
     moved = reference.shifted(shift_ns)
     others = scores[np.abs(lags_s - lags_s[best]) > APART_S]
-    alignment = Alignment(
+    alignment = ReferenceAlignment(
         begins_at_s=_seconds(moved.angles, recording),
         shares_clock=False,
         correlation=float(scores[best]),

@@ -49,12 +49,12 @@ def bone_lengths(positions: FloatArray) -> dict[str, FloatArray]:
 
 
 def bone_length_sd_mm(positions: FloatArray) -> dict[str, float]:
-    """Standard deviation [mm] of each bone's length; NaN for a bone that was never tracked."""
+    """SD [mm] of each bone's length in joints (n, 15, 3) [m]; NaN if it was never tracked."""
     return {bone: 1000.0 * _sd(length) for bone, length in bone_lengths(positions).items()}
 
 
 def bone_length_cv_percent(positions: FloatArray) -> dict[str, float]:
-    """Coefficient of variation [%] of each bone's length: its SD over its mean."""
+    """SD of each bone's length over its mean [%], in joints (n, 15, 3) [m]."""
     return {bone: _cv_percent(length) for bone, length in bone_lengths(positions).items()}
 
 

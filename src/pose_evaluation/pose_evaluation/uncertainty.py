@@ -74,7 +74,7 @@ def mean_coverage(coverage: dict[str, Coverage]) -> Coverage:
 
 
 def stddev_at(estimates: EstimateSeries, angle: str, stamps_ns: IntArray) -> FloatArray:
-    """Published standard deviation [rad] of an angle at other instants; NaN where unknown."""
+    """Published standard deviation of an angle at n other instants, (n,) [rad]; NaN if unknown."""
     if angle not in estimates.names or len(estimates.stamps_ns) == 0:
         return np.full(len(stamps_ns), np.nan)
     begin_ns = int(estimates.stamps_ns[0])

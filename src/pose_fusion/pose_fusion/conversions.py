@@ -26,7 +26,7 @@ from pose_core.api import (
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.rotations import quaternion
 from pose_io.names import BODIES, WORLD_FRAME, sensor_frame
-from pose_node.conversions import ns_to_stamp
+from pose_node.conversions import ns_to_stamp, to_header
 
 BONE_WIDTH = 0.03  # [m]
 JOINT_DIAMETER = 0.06  # [m]
@@ -93,15 +93,10 @@ def to_bag_message(message: Any, typestore: Typestore) -> Any:
     return typestore.types[type_name(type(message))](**fields)
 
 
-def to_header(stamp_ns: int, frame_id: str = WORLD_FRAME) -> Header:
-    """A header."""
-    return Header(stamp=ns_to_stamp(stamp_ns), frame_id=frame_id)
-
-
 def to_joint_state(estimate: BodyEstimate) -> JointState:
     """The joint angles and rates, without the root."""
     return JointState(
-        header=to_header(estimate.stamp_ns),
+        header=to_header(estimate.stamp_ns, WORLD_FRAME),
         name=list(estimate.dof_names[ROOT_DOF:]),
         position=estimate.position[ROOT_DOF:].tolist(),
         velocity=estimate.velocity[ROOT_DOF:].tolist(),
@@ -111,7 +106,7 @@ def to_joint_state(estimate: BodyEstimate) -> JointState:
 def to_skeleton(estimate: BodyEstimate, body_id: str) -> Skeleton:
     """The 15 fused joint positions in map."""
     return Skeleton(
-        header=to_header(estimate.stamp_ns),
+        header=to_header(estimate.stamp_ns, WORLD_FRAME),
         id=body_id,
         name=list(JOINTS),
         position=_points(estimate.joints),
@@ -122,7 +117,7 @@ def to_skeleton(estimate: BodyEstimate, body_id: str) -> Skeleton:
 def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> PoseEstimate:
     """Every degree of freedom with its uncertainty and source; unknown ones are NaN."""
     return PoseEstimate(
-        header=to_header(estimate.stamp_ns),
+        header=to_header(estimate.stamp_ns, WORLD_FRAME),
         id=body_id,
         name=list(estimate.dof_names),
         position=np.where(estimate.is_known, estimate.position, np.nan).tolist(),
@@ -160,10 +155,14 @@ def _transform(
 
 def to_markers(estimate: BodyEstimate, model: BodyModel, body_id: str) -> MarkerArray:
     """Bones as lines and joints as balls, coloured by tracking state."""
-    bones = Marker(header=to_header(estimate.stamp_ns), ns=body_id, id=0, type=Marker.LINE_LIST)
+    bones = Marker(
+        header=to_header(estimate.stamp_ns, WORLD_FRAME), ns=body_id, id=0, type=Marker.LINE_LIST
+    )
     bones.scale.x = BONE_WIDTH
     bones.color = ColorRGBA(r=0.8, g=0.8, b=0.8, a=1.0)
-    balls = Marker(header=to_header(estimate.stamp_ns), ns=body_id, id=1, type=Marker.SPHERE_LIST)
+    balls = Marker(
+        header=to_header(estimate.stamp_ns, WORLD_FRAME), ns=body_id, id=1, type=Marker.SPHERE_LIST
+    )
     balls.scale.x = balls.scale.y = balls.scale.z = JOINT_DIAMETER
     bones.pose.orientation.w = balls.pose.orientation.w = 1.0
     points = _points(estimate.joints)
@@ -190,7 +189,7 @@ def bone_ends(model: BodyModel) -> list[tuple[str, str]]:
 
 def to_static_tf(T_map_sensor: Mapping[str, FloatArray]) -> TFMessage:
     """Pose of each Kinect in map, (4, 4) by sensor name, as static transforms."""
-    return TFMessage(transforms=_sensor_transforms(to_header(0), T_map_sensor))
+    return TFMessage(transforms=_sensor_transforms(to_header(0, WORLD_FRAME), T_map_sensor))
 
 
 def to_extrinsics_messages(extrinsics: Extrinsics, stamp_ns: int) -> list[TransformStamped]:

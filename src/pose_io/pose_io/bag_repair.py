@@ -80,28 +80,30 @@ def examine(path: Path) -> Condition:
 
 def _walk(content: mmap.mmap) -> Condition:
     at, size = len(MAGIC), len(content)
-    while True:
-        problem = ""
-        if at + RECORD.size > size:
-            problem = f"{size - at} bytes of a record's header" if at < size else "nothing more"
-        else:
-            kind, length = RECORD.unpack_from(content, at)
-            begin = at + RECORD.size
-            if kind == DATA_END_KIND and content[size - len(MAGIC) :] == MAGIC:
-                footer_at = size - len(MAGIC) - FOOTER_SIZE
-                has_index = content[footer_at : footer_at + 8] != bytes(8)
-                return Condition(whole=at, size=size, ends=True, has_index=has_index)
-            if kind == DATA_END_KIND:
-                problem = "a truncated index: no message is lost"
-            elif kind not in KINDS or kind == FOOTER_KIND:
-                problem = "bytes that are not a record"
-            elif begin + length > size:
-                problem = f"{size - begin} of the {length} bytes of a record"
-            elif kind == CHUNK_KIND:
-                problem = _problem_of_chunk(content, begin, length)
+    while at + RECORD.size <= size:
+        kind, length = RECORD.unpack_from(content, at)
+        if kind == DATA_END_KIND and content[size - len(MAGIC) :] == MAGIC:
+            footer_at = size - len(MAGIC) - FOOTER_SIZE
+            has_index = content[footer_at : footer_at + 8] != bytes(8)
+            return Condition(whole=at, size=size, ends=True, has_index=has_index)
+        problem = _problem_of_record(content, kind, at + RECORD.size, length)
         if problem:
-            return Condition(whole=at, size=size, ends=False, has_index=False, problem=problem)
-        at = begin + length
+            break
+        at += RECORD.size + length
+    else:
+        problem = f"{size - at} bytes of a record's header" if at < size else "nothing more"
+    return Condition(whole=at, size=size, ends=False, has_index=False, problem=problem)
+
+
+def _problem_of_record(content: mmap.mmap, kind: int, begin: int, length: int) -> str:
+    """Description of a record's damage; empty if it is intact."""
+    if kind == DATA_END_KIND:
+        return "a truncated index: no message is lost"
+    if kind not in KINDS or kind == FOOTER_KIND:
+        return "bytes that are not a record"
+    if begin + length > len(content):
+        return f"{len(content) - begin} of the {length} bytes of a record"
+    return _problem_of_chunk(content, begin, length) if kind == CHUNK_KIND else ""
 
 
 def _problem_of_chunk(content: mmap.mmap, begin: int, length: int) -> str:

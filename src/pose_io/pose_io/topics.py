@@ -1,10 +1,11 @@
 """Finding topics by the endings of their names, in any namespace."""
 
 import re
+from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING
 
 from pose_core.errors import InputError
-from pose_io.names import BODIES, SKELETON_ARRAY
+from pose_io.names import BODIES, SKELETON_ARRAY, skeletons_topic
 
 if TYPE_CHECKING:  # rosbags takes long to load, and nodes use the names only
     from pose_io.bags import BagReader
@@ -22,6 +23,26 @@ def sensor_topics(bag: "BagReader") -> dict[str, str]:
 def imu_topics(bag: "BagReader") -> dict[str, str]:
     """Topic of each IMU's orientation by body segment, in the order of names."""
     return _topics(bag, IMU_TOPIC, "sensor_msgs/msg/Imu")
+
+
+def unused_sensors(
+    topics: Iterable[tuple[str, Collection[str]]], used: Collection[str], namespace: str
+) -> tuple[str, ...]:
+    """Names of sensors that publish skeletons but are not used.
+
+    Args:
+        topics: Names and types of the topics of the graph.
+        used: The sensors that are used.
+        namespace: Namespace of their topics, ``/`` for none.
+    """
+    found = set()
+    for topic, types in topics:
+        match = SENSOR_TOPIC.search(topic)
+        if match is None or SKELETON_ARRAY not in types:
+            continue
+        if topic == f"{namespace.rstrip('/')}/{skeletons_topic(match['name'])}":
+            found.add(match["name"])
+    return tuple(sorted(found - set(used)))
 
 
 def body_topic(bag: "BagReader", leaf: str, body: str = "", namespace: str = "") -> str | None:

@@ -51,6 +51,9 @@ class Entity:
         kind: The action's name, for example ``node``.
         element: Its attributes (a mapping) or its children (a list).
         place: Its file and line.
+
+    Raises:
+        LaunchError: By every method, with file and line, if the file does not have what is read.
     """
 
     def __init__(self, kind: str, element: Any, place: Place) -> None:

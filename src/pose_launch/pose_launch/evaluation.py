@@ -34,7 +34,7 @@ class Graph:
     processes: tuple[Process, ...]
 
 
-class Evaluation:
+class LaunchEvaluation:
     """One pass over a launch file and its includes.
 
     Args:

@@ -20,7 +20,11 @@ TYPES = (*SCALARS, *(f"list_of_{name}" for name in SCALARS))
 
 
 def sources(entries: list[Entity], scope: Scope) -> tuple[ParameterSource, ...]:
-    """Parameter files and values, in order; adjacent values are merged."""
+    """Parameter files and values, in order; adjacent values are merged.
+
+    Raises:
+        LaunchError: If an entry is incomplete, or a file is missing.
+    """
     found: list[ParameterSource] = []
     for entry in entries:
         file = entry.text("from")

@@ -217,6 +217,9 @@ def split_command_line(text: str, scope: Scope, place: Place) -> list[str]:
     """Split a command line into words; the result of a substitution is not split.
 
     Quotes group words, as in a shell.
+
+    Raises:
+        LaunchError: If a quote is not closed, or a substitution fails.
     """
     words: list[str] = []
     current: str | None = None

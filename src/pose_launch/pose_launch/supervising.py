@@ -68,7 +68,7 @@ class _Child:
     starts: int = 0
 
 
-class Supervisor:
+class ProcessSupervisor:
     """Runs the processes of a graph.
 
     Args:

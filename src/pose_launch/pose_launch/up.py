@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from pose_core.errors import PoseError
-from pose_launch.evaluation import Evaluation, Graph
+from pose_launch.evaluation import Graph, LaunchEvaluation
 from pose_launch.locating import find_launch_file
 from pose_launch.processes import Process
-from pose_launch.supervising import STARTING_S, Supervisor
+from pose_launch.supervising import STARTING_S, ProcessSupervisor
 from pose_node.command_line import run_tool
 
 DEFAULT_FILE = "capture.launch.yaml"
@@ -33,12 +33,12 @@ def up(words: Sequence[str]) -> int:
     file = find_launch_file(files[0] if files else DEFAULT_FILE)
     given = dict(text.split(":=", 1) for text in texts if ":=" in text)
     if options.show_args:
-        _show_arguments(Evaluation(given, describe=True).run(file))
+        _show_arguments(LaunchEvaluation(given, describe=True).run(file))
         return 0
     if not options.keep_running and EXIT_AT_END not in given:
-        declared = Evaluation(given, describe=True).run(file).arguments
+        declared = LaunchEvaluation(given, describe=True).run(file).arguments
         given |= {EXIT_AT_END: "true"} if EXIT_AT_END in {a.name for a in declared} else {}
-    graph = Evaluation(given).run(file)
+    graph = LaunchEvaluation(given).run(file)
     if options.print:
         for process in graph.processes:
             print(f"{process.name}: {process.shown()}")
@@ -49,7 +49,9 @@ def up(words: Sequence[str]) -> int:
     recordings = [process.name for process in graph.processes if _ends_by_itself(process)]
     ending = ", and so does the end of the recording" if recordings else ""
     print(f"[up] Ctrl-C stops all of it{ending}", flush=True)
-    supervisor = Supervisor(graph.processes, keep_going=options.keep_going, recordings=recordings)
+    supervisor = ProcessSupervisor(
+        graph.processes, keep_going=options.keep_going, recordings=recordings
+    )
     return asyncio.run(supervisor.run())
 
 

@@ -2,6 +2,7 @@
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
+from std_msgs.msg import Header
 
 from pose_core.stamps import NS_PER_S
 from pose_node.level import Level
@@ -12,6 +13,11 @@ def ns_to_stamp(stamp_ns: int) -> Time:
     """A message's stamp from nanoseconds."""
     seconds, rest = divmod(stamp_ns, NS_PER_S)
     return Time(sec=seconds, nanosec=rest)
+
+
+def to_header(stamp_ns: int, frame_id: str = "") -> Header:
+    """A message's header."""
+    return Header(stamp=ns_to_stamp(stamp_ns), frame_id=frame_id)
 
 
 def to_node_status(status: DiagnosticStatus, received_ns: int) -> NodeStatus:

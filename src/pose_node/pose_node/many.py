@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import as_completed as threads_completed
 from dataclasses import dataclass
@@ -81,27 +81,33 @@ def _is_bag(path: Path) -> bool:
 
 
 def run_many(
-    source: Path,
-    target: Path,
-    recordings: Sequence[Path],
-    name_of: Callable[[Path], Path],
-    arguments: argparse.Namespace,
-) -> int:
-    """Run this very tool on each recording; the exit status.
+    source: Path, target: Path | None, arguments: argparse.Namespace, suffix: str = ""
+) -> int | None:
+    """Run this very tool on each recording below a folder.
 
     Args:
-        source: The folder that was given, as it stands in the arguments.
+        source: The folder or recording that was given, as it stands in the arguments.
         target: The folder of the outputs, as it stands in the arguments.
-        recordings: Of :func:`recordings_under`.
-        name_of: The output's name of a recording, both relative.
         arguments: Parsed, with those of :func:`add_many_arguments`.
+        suffix: Of each output's name, which is the recording's otherwise.
+
+    Returns:
+        The exit status; None if the source is one recording.
+
+    Raises:
+        InputError: If the source is a folder of recordings, and there is no target.
     """
+    recordings = recordings_under(source)
+    if not recordings:
+        return None
+    if target is None:
+        raise InputError(f"{source} is a folder of bags: name one for the outputs by -o")
     run = uuid.uuid4().hex[:8]
     jobs = [
         Job(
             run=run,
             recording=str(recording),
-            output=str(target.absolute() / name_of(recording.relative_to(source))),
+            output=str(target.absolute() / recording.relative_to(source).with_suffix(suffix)),
             command=tuple(_command(sys.argv, source, target, recording.absolute())),
         )
         for recording in recordings

@@ -71,20 +71,9 @@ def compose(
             f"duration = {duration:g} s is too short: a session needs {SHORTEST:g} s or more, "
             f"{STILL:g} s of it standing still"
         )
-    variation = variation or Variation()
-    body = Body(height)
     plan_rng, sway_rng = np.random.default_rng([seed, 1]).spawn(2)
-    timeline = plan(CHOREOGRAPHIES[name], duration, Timeline(body, plan_rng, variation))
-    return perform(
-        body,
-        timeline,
-        duration,
-        place=place,
-        heading=heading,
-        rng=sway_rng,
-        variation=variation,
-        still=STILL,
-    )
+    timeline = plan(CHOREOGRAPHIES[name], duration, Timeline(Body(height), plan_rng, variation))
+    return perform(timeline, duration, place=place, heading=heading, rng=sway_rng, still=STILL)
 
 
 def plan(choreography: Choreography, duration: float, timeline: Timeline) -> Timeline:

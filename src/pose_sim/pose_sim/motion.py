@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
-from pose_sim.body import BODY_ANGLES, Body, Pose
+from pose_sim.body import BODY_ANGLES, Pose
 from pose_sim.rotations import continuous_quaternions, rotate
-from pose_sim.timeline import Timeline, Variation, minimum_jerk
+from pose_sim.timeline import Timeline, minimum_jerk
 
 GRID_RATE = 200.0  # [Hz] of the splines' nodes
 LOAD_TRANSFER = 0.03  # [s]
@@ -82,36 +82,33 @@ class SegmentPath:
 
 
 def perform(
-    body: Body,
     timeline: Timeline,
     duration: float,
     *,
     place: tuple[float, float],
     heading: float,
     rng: np.random.Generator,
-    variation: Variation,
     still: float,
 ) -> Motion:
-    """Simulate a body's motion by a timeline of joint angles.
+    """Simulate the motion of a timeline's body by its joint angles.
 
     The lowest points of the feet carry the load: they are at the floor's height and do not slide.
 
     Args:
-        body: The body.
         timeline: The joint angles.
         duration: Duration of the motion [s].
         place: Initial position of the middle of the hips, x and y [m] in ``map``.
         heading: Initial heading [rad], about z from ``map``'s x.
         rng: Random generator of the sway.
-        variation: Size of the sway.
         still: Duration without sway at the start [s].
     """
+    body = timeline.body
     times = np.arange(int(np.ceil(duration * GRID_RATE)) + 1) / GRID_RATE
     channels = timeline.evaluate(times)
     clearance = channels["clearance"]
     angles = {name: channels[name] for name in BODY_ANGLES}
     angles["pelvis_yaw"] = angles["pelvis_yaw"] + heading
-    _add_sway(angles, times, still, variation.sway, rng)
+    _add_sway(angles, times, still, timeline.variation.sway, rng)
     _move_clavicles(angles)
     pose = body.pose(angles)
     lowest, shares = body.contact_height(pose.contacts)

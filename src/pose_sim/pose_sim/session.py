@@ -21,7 +21,7 @@ from pose_sim.kinect_noise import KinectParameters
 from pose_sim.motion import Motion
 from pose_sim.scene import SceneParameters, sensor_poses, subject_place
 from pose_sim.timeline import Variation
-from pose_sim.virtual_imu import ImuFrames, SensorToSegment, earth_field, measure, mount, to_frames
+from pose_sim.virtual_imu import ImuFrames, WornNode, earth_field, measure, mount, to_frames
 from pose_sim.virtual_kinect import KinectFrames, draw_body_bias, observe
 
 T = TypeVar("T")
@@ -104,7 +104,7 @@ class Session:
     sensor_poses: Mapping[str, FloatArray]  # T_map_kinect_<name>_optical_frame, (4, 4)
     kinects: Mapping[str, KinectFrames]
     heading_enu_map: float  # [rad] about z, from east to map's x
-    alignments: Mapping[int, SensorToSegment]  # by IMU node id
+    nodes: Mapping[int, WornNode]  # by IMU node id
     imus: ImuFrames
     is_captured: bool = False  # whether the motion is captured
 
@@ -143,7 +143,7 @@ def make_session(
     poses = sensor_poses(settings.scene)
     imu_rng = np.random.default_rng([seed, IMU_STREAM])
     heading_enu_map = float(imu_rng.uniform(-np.pi, np.pi))
-    alignments = mount(body, settings.imu, imu_rng)
+    nodes = mount(body, settings.imu, imu_rng)
     return Session(
         choreography=choreography,
         duration=duration,
@@ -154,8 +154,8 @@ def make_session(
         sensor_poses=poses,
         kinects=_watch(motion, poses, settings, seed),
         heading_enu_map=heading_enu_map,
-        alignments=alignments,
-        imus=_wear(motion, alignments, heading_enu_map, settings.imu, imu_rng),
+        nodes=nodes,
+        imus=_wear(motion, nodes, heading_enu_map, settings.imu, imu_rng),
     )
 
 
@@ -193,15 +193,15 @@ def _watch(
 
 def _wear(
     motion: Motion,
-    alignments: Mapping[int, SensorToSegment],
+    nodes: Mapping[int, WornNode],
     heading_enu_map: float,
     parameters: ImuParameters,
     rng: np.random.Generator,
 ) -> ImuFrames:
     field = earth_field(parameters, heading_enu_map)
-    radio_rng, *node_rngs = rng.spawn(1 + len(alignments))
+    radio_rng, *node_rngs = rng.spawn(1 + len(nodes))
     measurements = {
-        node_id: measure(motion, alignment, field, parameters, node_rng)
-        for (node_id, alignment), node_rng in zip(alignments.items(), node_rngs, strict=True)
+        node_id: measure(motion, node, field, parameters, node_rng)
+        for (node_id, node), node_rng in zip(nodes.items(), node_rngs, strict=True)
     }
     return to_frames(measurements, parameters, radio_rng)

@@ -180,12 +180,12 @@ def _description(session: Session, start_ns: int) -> dict[str, Any]:
             "heading_enu_map": round(session.heading_enu_map, 9),
             "imu_nodes": {
                 node_id: {
-                    "segment": alignment.segment,
-                    "place": _plain(alignment.place),
-                    "orientation_segment_sensor": _plain(alignment.R_segment_sensor.as_quat()),
-                    "gyroscope_bias": _plain(alignment.gyroscope_bias),
+                    "segment": node.segment,
+                    "place": _plain(node.place),
+                    "orientation_segment_sensor": _plain(node.R_segment_sensor.as_quat()),
+                    "gyroscope_bias": _plain(node.gyroscope_bias),
                 }
-                for node_id, alignment in session.alignments.items()
+                for node_id, node in session.nodes.items()
             },
         },
     }

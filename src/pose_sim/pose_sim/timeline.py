@@ -56,9 +56,9 @@ class Timeline:
         self.body = body
         self.now = 0.0  # [s] start of the next move
         self._rng = rng
-        self._variation = variation or Variation()
-        self._tempo = 1.0 + self._variation.person_tempo * rng.uniform(-1.0, 1.0)
-        asymmetry = self._variation.asymmetry * rng.uniform(-1.0, 1.0)
+        self.variation = variation or Variation()
+        self._tempo = 1.0 + self.variation.person_tempo * rng.uniform(-1.0, 1.0)
+        asymmetry = self.variation.asymmetry * rng.uniform(-1.0, 1.0)
         self._side_gain = {"left": 1.0 + asymmetry, "right": 1.0 - asymmetry}
         channels = (*BODY_ANGLES, *EXTRA_CHANNELS)
         self._targets = dict.fromkeys(channels, 0.0)
@@ -89,13 +89,13 @@ class Timeline:
             exact: Without variation of the sizes and the duration, except for the person's speed.
             advance: Time by which the timeline is advanced [s]; the move's duration if None.
         """
-        spread = 0.0 if exact else self._variation.tempo
+        spread = 0.0 if exact else self.variation.tempo
         actual = duration * self._tempo * (1.0 + spread * self.vary())
         for name, degrees in targets.items():
             side, _, angle = name.partition("_")
             gain = 1.0
             if not exact:
-                gain += self._variation.amplitude * self.vary()
+                gain += self.variation.amplitude * self.vary()
                 gain *= self._side_gain.get(side, 1.0)
             goal = float(np.radians(min(degrees * gain, MOST_DEGREES.get(angle, np.inf))))
             self._moves[name].append((self.now, actual, goal - self._targets[name]))

@@ -53,8 +53,8 @@ STRAP_PLACES = {  # fractions of the body height, in the segment's frame
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorToSegment:
-    """Constant parameters of one node in a session."""
+class WornNode:
+    """Where one node is worn in a session, and its constant errors."""
 
     segment: str
     place: FloatArray  # (3,) [m] in the segment's frame
@@ -88,17 +88,15 @@ class ImuFrames:
     magnetometer: NDArray[np.int16]  # (n, 3) counts
 
 
-def mount(
-    body: Body, parameters: ImuParameters, rng: np.random.Generator
-) -> dict[int, SensorToSegment]:
-    """Draw the alignments and biases of all nodes, by node id."""
-    alignments = {}
+def mount(body: Body, parameters: ImuParameters, rng: np.random.Generator) -> dict[int, WornNode]:
+    """Draw where all nodes are worn, and their biases, by node id."""
+    nodes = {}
     for node_id, segment in NODES.items():
         side, _, part = segment.rpartition("_") if segment == "torso" else segment.partition("_")
         mirror = np.array([1.0, -1.0 if side == "right" else 1.0, 1.0])
         axis = rng.standard_normal(3)
         angle = np.radians(rng.uniform(parameters.misalignment_min, parameters.misalignment_max))
-        alignments[node_id] = SensorToSegment(
+        nodes[node_id] = WornNode(
             segment=segment,
             place=body.height * np.array(STRAP_PLACES[part]) * mirror,
             R_segment_sensor=Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)),
@@ -106,7 +104,7 @@ def mount(
             accelerometer_bias=parameters.accelerometer_bias * rng.standard_normal(3),
             disturbance=1e-6 * parameters.disturbance * rng.standard_normal(3),
         )
-    return alignments
+    return nodes
 
 
 def earth_field(parameters: ImuParameters, heading_enu_map: float) -> FloatArray:
@@ -123,7 +121,7 @@ def earth_field(parameters: ImuParameters, heading_enu_map: float) -> FloatArray
 
 def measure(
     motion: Motion,
-    alignment: SensorToSegment,
+    node: WornNode,
     field: FloatArray,
     parameters: ImuParameters,
     rng: np.random.Generator,
@@ -132,17 +130,17 @@ def measure(
 
     Args:
         motion: The subject's motion.
-        alignment: The node's alignment and biases.
+        node: Where it is worn, and its biases.
         field: The undisturbed magnetic field [T] in ``map``, shape (3,).
         parameters: Rates and noise.
         rng: Random generator.
     """
     times, clock_us = _clock(float(motion.times[-1]), parameters, rng)
-    path: SegmentPath = motion.segment(alignment.segment, alignment.place)
-    R_sensor_map = (path.rotation(times) * alignment.R_segment_sensor).inv()
-    turning = alignment.R_segment_sensor.inv().apply(path.angular_velocity(times))
+    path: SegmentPath = motion.segment(node.segment, node.place)
+    R_sensor_map = (path.rotation(times) * node.R_segment_sensor).inv()
+    turning = node.R_segment_sensor.inv().apply(path.angular_velocity(times))
     force = R_sensor_map.apply(path.acceleration(times) + np.array([0.0, 0.0, STANDARD_GRAVITY]))
-    disturbed = field + alignment.disturbance + _slow_change(times, parameters, rng)
+    disturbed = field + node.disturbance + _slow_change(times, parameters, rng)
     count = len(times)
     walk = np.radians(parameters.gyroscope_bias_walk) / np.sqrt(parameters.sample_rate)
     drift = walk * np.cumsum(rng.standard_normal((count, 3)), axis=0)
@@ -151,10 +149,8 @@ def measure(
     return Measurements(
         sample_s=times,
         clock_us=clock_us,
-        angular_velocity=turning + alignment.gyroscope_bias + drift + gyroscope_noise,
-        specific_force=force
-        + alignment.accelerometer_bias
-        + parameters.accelerometer_noise * noise[1],
+        angular_velocity=turning + node.gyroscope_bias + drift + gyroscope_noise,
+        specific_force=force + node.accelerometer_bias + parameters.accelerometer_noise * noise[1],
         magnetic_field=R_sensor_map.apply(disturbed)
         + 1e-6 * parameters.magnetometer_noise * noise[2],
     )

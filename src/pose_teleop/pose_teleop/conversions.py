@@ -14,18 +14,13 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from pose_core.api import FloatArray
 from pose_core.stamps import NS_PER_S, nanoseconds
-from pose_node.conversions import ns_to_stamp
+from pose_node.conversions import to_header
 from pose_teleop.arm_controller import ArmCommand
 from pose_teleop.input_monitor import Estimate, JointStates
 from pose_teleop.retargeting import NamedPoses
 from pose_teleop.robot_dynamics import TrajectoryPoints
 
 ROBOT_COLOR = (0.83, 0.85, 0.88)
-
-
-def header(stamp_ns: int, frame: str = "") -> Header:
-    """Create a header."""
-    return Header(stamp=ns_to_stamp(stamp_ns), frame_id=frame)
 
 
 def to_joint_states(message: JointState) -> JointStates:
@@ -58,7 +53,7 @@ def to_robot_position(message: JointState, joints: Sequence[str]) -> FloatArray 
 def to_trajectory(command: ArmCommand, joints: Sequence[str], now_ns: int) -> JointTrajectory:
     """Convert a command to a trajectory for a joint trajectory controller; its end is at rest."""
     return JointTrajectory(
-        header=header(now_ns),
+        header=to_header(now_ns),
         joint_names=list(joints),
         points=[
             JointTrajectoryPoint(
@@ -90,7 +85,7 @@ def robot_states(
 ) -> JointState:
     """Create a robot's joint states from angles [rad] and velocities [rad/s], (n,)."""
     return JointState(
-        header=header(stamp_ns),
+        header=to_header(stamp_ns),
         name=list(joints),
         position=position.tolist(),
         velocity=[] if velocity is None else velocity.tolist(),
@@ -108,7 +103,7 @@ def fill_named_poses(
     message: Any, poses: NamedPoses, names: Sequence[str], stamp_ns: int, frame: str
 ) -> Any:
     """Fill a message that has the fields of NVIDIA's ``NamedPoseArray``."""
-    message.header = header(stamp_ns, frame)
+    message.header = to_header(stamp_ns, frame)
     message.name = list(names)
     message.pose = [to_pose(p, q) for p, q in zip(poses.position, poses.xyzw, strict=True)]
     message.is_valid = list(poses.is_valid)
@@ -134,7 +129,7 @@ def transform(
     pose = to_pose(position, xyzw)
     p = pose.position
     return TransformStamped(
-        header=header(stamp_ns, parent),
+        header=to_header(stamp_ns, parent),
         child_frame_id=child,
         transform=Transform(translation=Vector3(x=p.x, y=p.y, z=p.z), rotation=pose.orientation),
     )

@@ -9,17 +9,18 @@ from pose_core.api import FloatArray
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_fusion.watching.observation import TopicWatch
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import StaticTransforms
 from pose_node.node_status import NodeStatus
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
-from pose_view.plain_words import Line, imu_line, node_line, stream_line
+from pose_view.plain_words import StatusLine, imu_line, node_line, stream_line
 from pose_view.robot import JointHistory, RobotSnapshot, RobotTrack, robot_places, robot_shape
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
-from pose_view.stream_monitor import StreamMonitor
 
 RESTART_S = 1.0  # [s] a larger step back in time means a restart
+RATE_WINDOW_S = 2.0  # [s] over which rates and delays are averaged
 HOLD_S = 1.0  # [s] for which data are shown without an update
 OTHER_NODES = {
     "fusion_kinect": "Fusion of the Kinects alone",
@@ -55,8 +56,8 @@ class LiveGraph:
         self._static_transforms = StaticTransforms()
         self._sensors: dict[str, FloatArray] = {}
         self._reports: dict[str, NodeStatus] = {}
-        self._body_monitors: dict[str, StreamMonitor] = {}
-        self._sensor_monitors = {sensor: StreamMonitor() for sensor in sensors}
+        self._body_watches: dict[str, TopicWatch] = {}
+        self._sensor_watches = {sensor: TopicWatch(sensor, RATE_WINDOW_S) for sensor in sensors}
         self.counters = Counters("malformed_skeletons", "malformed_transforms", "late_skeletons")
         for body, title in bodies.items():
             self.add_body(body, title)
@@ -70,11 +71,11 @@ class LiveGraph:
         """Add a body."""
         self._titles[body] = title
         self._tracks[body] = deque()
-        self._body_monitors[body] = StreamMonitor()
+        self._body_watches[body] = TopicWatch(body, RATE_WINDOW_S)
 
     def remove_body(self, body: str) -> None:
         """Remove a body that is no longer published."""
-        del self._titles[body], self._tracks[body], self._body_monitors[body]
+        del self._titles[body], self._tracks[body], self._body_watches[body]
         self._dof.pop(body, None)
         self._rotations.pop(body, None)
 
@@ -82,11 +83,11 @@ class LiveGraph:
 
     def note_skeleton(self, body: str, stamp_ns: int, now_ns: int) -> None:
         """Count the arrival of a body's skeleton, also if it is not shown."""
-        self._body_monitors[body].add(stamp_ns, now_ns)
+        self._body_watches[body].add(now_ns, stamp_ns)
 
     def note_raw(self, sensor: str, stamp_ns: int, now_ns: int) -> None:
         """Count the arrival of a camera's frame, also if it is not shown."""
-        self._sensor_monitors[sensor].add(stamp_ns, now_ns)
+        self._sensor_watches[sensor].add(now_ns, stamp_ns)
 
     def add_skeleton(self, body: str, message: Any) -> None:
         """Add a body's skeleton, after its estimate and links of the same instant."""
@@ -168,8 +169,8 @@ class LiveGraph:
 
     def _is_silent(self, body: str, now_ns: int) -> bool:
         """Whether a body's last pose is too old to be shown."""
-        reading = self._body_monitors[body].reading(now_ns)
-        return reading is not None and reading.silent_s > HOLD_S
+        age_s = self._body_watches[body].status(now_ns).age_s
+        return age_s is not None and age_s > HOLD_S
 
     def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
         """History of a body between two times of the clock [s]."""
@@ -190,19 +191,19 @@ class LiveGraph:
         recorder = self._reports.get("recorder")
         return None if recorder is None else recorder.values.get("bag", "")
 
-    def lines(self, now_ns: int) -> Iterable[Line]:
+    def lines(self, now_ns: int) -> Iterable[StatusLine]:
         """Status lines."""
-        for sensor, monitor in self._sensor_monitors.items():
-            yield stream_line(f"Kinect {sensor}", monitor.reading(now_ns))
+        for sensor, watch in self._sensor_watches.items():
+            yield stream_line(f"Kinect {sensor}", watch.status(now_ns))
         yield imu_line(self._reports.get("imu_bridge"), now_ns)
         for name, title in (("calibration", "Calibration"), ("fusion", "Fusion")):
             yield node_line(title, self._reports.get(name), now_ns)
-        for body, monitor in self._body_monitors.items():
+        for body, watch in self._body_watches.items():
             if body not in self._expected and self._is_silent(body, now_ns):
                 continue  # a person who has left
             dof = self._dof.get(body)
             delay_s = None if dof is None else dof.latency_s
-            yield stream_line(self._titles[body], monitor.reading(now_ns), delay_s)
+            yield stream_line(self._titles[body], watch.status(now_ns), delay_s)
         yield node_line("Recorder", self._reports.get("recorder"), now_ns)
         for name, report in sorted(self._reports.items()):
             if report.level and name not in ("imu_bridge", "calibration", "fusion", "recorder"):

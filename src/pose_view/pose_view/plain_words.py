@@ -7,9 +7,10 @@ from enum import IntEnum
 from html import escape
 
 from pose_core.stamps import NS_PER_S
+from pose_fusion.watching.observation import TopicStatus
 from pose_node.node_status import NodeStatus
-from pose_view.stream_monitor import SILENT_AFTER_S, StreamReading
 
+SILENT_AFTER_S = 1.0  # [s]
 NODE_SILENT_AFTER_S = 3.5  # [s] nodes report once a second
 IMU_VALUE = re.compile(r"^(?P<segment>\w+)\.(?P<name>\w+)$")
 
@@ -32,7 +33,7 @@ COLORS: Mapping[Mark, str] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Line:
+class StatusLine:
     """One status line."""
 
     mark: Mark
@@ -40,33 +41,33 @@ class Line:
     text: str
 
 
-def stream_line(title: str, reading: StreamReading | None, delay_s: float | None = None) -> Line:
+def stream_line(title: str, status: TopicStatus, delay_s: float | None = None) -> StatusLine:
     """Status of a stream of skeletons or bodies.
 
     Args:
         title: Title of the line.
-        reading: Rate, delay and gaps.
+        status: Rate, delay and gaps.
         delay_s: Delay stated by the stream itself [s].
     """
-    if reading is None:
-        return Line(mark=Mark.NOTHING, title=title, text="nothing yet")
-    if reading.silent_s > SILENT_AFTER_S:
-        return Line(mark=Mark.BAD, title=title, text=f"silent for {reading.silent_s:.0f} s")
-    delay_s = reading.delay_s if delay_s is None else delay_s
-    text = f"{reading.rate_hz:.0f} Hz"
+    if status.age_s is None:
+        return StatusLine(mark=Mark.NOTHING, title=title, text="nothing yet")
+    if status.age_s > SILENT_AFTER_S:
+        return StatusLine(mark=Mark.BAD, title=title, text=f"silent for {status.age_s:.0f} s")
+    delay_s = status.latency_s if delay_s is None else delay_s
+    text = f"{status.rate:.0f} Hz"
     if delay_s is not None:
         text += f", {1e3 * delay_s:.0f} ms after capture"
-    if not reading.gaps:
-        return Line(mark=Mark.GOOD, title=title, text=text)
-    gaps = "1 dropout" if reading.gaps == 1 else f"{reading.gaps} dropouts"
-    text += f", {gaps} in a minute (longest {reading.longest_gap_s:.1f} s)"
-    return Line(mark=Mark.WARNING, title=title, text=text)
+    if not status.gaps:
+        return StatusLine(mark=Mark.GOOD, title=title, text=text)
+    gaps = "1 dropout" if status.gaps == 1 else f"{status.gaps} dropouts"
+    text += f", {gaps} in a minute (longest {status.longest_gap_s:.1f} s)"
+    return StatusLine(mark=Mark.WARNING, title=title, text=text)
 
 
-def imu_line(report: NodeStatus | None, now_ns: int) -> Line:
+def imu_line(report: NodeStatus | None, now_ns: int) -> StatusLine:
     """Status of all IMUs, from their bridge's report."""
     if report is None:
-        return Line(mark=Mark.NOTHING, title="IMUs", text="no imu_bridge")
+        return StatusLine(mark=Mark.NOTHING, title="IMUs", text="no imu_bridge")
     rates, lost = [], 0
     for key, value in report.values.items():
         match = IMU_VALUE.match(key)
@@ -86,17 +87,19 @@ def imu_line(report: NodeStatus | None, now_ns: int) -> Line:
     return node_line("IMUs", report, now_ns, text)
 
 
-def node_line(title: str, report: NodeStatus | None, now_ns: int, text: str | None = None) -> Line:
+def node_line(
+    title: str, report: NodeStatus | None, now_ns: int, text: str | None = None
+) -> StatusLine:
     """Status of a node, with its own message or another text."""
     if report is None:
-        return Line(mark=Mark.NOTHING, title=title, text="not running")
+        return StatusLine(mark=Mark.NOTHING, title=title, text="not running")
     age_s = (now_ns - report.received_ns) / NS_PER_S
     if age_s > NODE_SILENT_AFTER_S:
-        return Line(mark=Mark.BAD, title=title, text=f"silent for {age_s:.0f} s")
-    return Line(mark=Mark(report.level), title=title, text=text or report.message)
+        return StatusLine(mark=Mark.BAD, title=title, text=f"silent for {age_s:.0f} s")
+    return StatusLine(mark=Mark(report.level), title=title, text=text or report.message)
 
 
-def as_html(lines: Iterable[Line]) -> str:
+def as_html(lines: Iterable[StatusLine]) -> str:
     """The lines with coloured dots."""
     rows = "".join(
         f'<div style="display:flex;align-items:baseline;margin:0.25em 0">'

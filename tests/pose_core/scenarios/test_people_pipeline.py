@@ -156,7 +156,7 @@ def test_samples_before_the_extrinsics_are_buffered(two):
     for persons, _ in two[:200]:
         pipeline.add(persons)
     assert not blocks
-    pipeline.place_sensors(PLACED)
+    pipeline.use_extrinsics(PLACED)
     for persons, _ in two[200:]:
         pipeline.add(persons)
     assert set(blocks) == {"subject", "person_2"}

@@ -106,7 +106,7 @@ def test_samples_before_the_extrinsics_measure_the_body_but_give_no_estimates():
     estimates = []
     for sample in samples:
         if pipeline.extrinsics is None and sample.stamp_ns > placed_ns:
-            pipeline.place_sensors(extrinsics())
+            pipeline.use_extrinsics(extrinsics())
         estimates += pipeline.add(sample)
     assert estimates[0].stamp_ns > placed_ns - 2 * FRAME_NS
     assert estimates[0].stamp_ns < placed_ns + 4 * FRAME_NS

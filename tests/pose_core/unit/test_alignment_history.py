@@ -25,7 +25,7 @@ def found(angle_deg):
         angle = angle_deg(time)
         known = {} if angle is None else {"left_thigh": alignment(angle)}
         pipeline = SimpleNamespace(newest_ns=10**18 + round(time * 1e9), sensor_to_segment=known)
-        history.follow(pipeline)
+        history.note(pipeline)
     return history.initial(pipeline).get("left_thigh")
 
 

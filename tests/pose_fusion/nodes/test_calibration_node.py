@@ -71,7 +71,7 @@ def graph(ros_context):
             for publisher in self.publishers.values():
                 self.spin_until(lambda p=publisher: p.get_subscription_count(), what="the node")
             for group in batched(some, AT_ONCE):
-                received = self.node._calibration.selector.counters
+                received = self.node.calibration.selector.counters
                 wanted = sum(received.as_dict().values()) + len(group)
                 for one in group:
                     self.publishers[one.sensor].publish(skeleton_message(one))
@@ -79,7 +79,7 @@ def graph(ros_context):
                     lambda n=wanted, r=received: (
                         sum(r.as_dict().values()) >= n
                         or self.node._counters["malformed_frames"]
-                        or self.node._calibration.state.value in ("refined", "loaded")
+                        or self.node.calibration.state.value in ("refined", "loaded")
                     ),
                     what="skeletons to arrive",
                 )
@@ -98,7 +98,7 @@ def graph(ros_context):
 
 def test_a_walking_person_gives_latched_transforms(graph):
     graph.start(collect_duration=5.0)
-    graph.play(samples(duration_s=6.0), until=lambda: graph.node._calibration.extrinsics)
+    graph.play(samples(duration_s=6.0), until=lambda: graph.node.calibration.extrinsics)
     graph.listen()
     graph.spin_until(lambda: graph.tf and graph.extrinsics, what="the calibration")
 
@@ -162,7 +162,7 @@ def test_the_service_calibrate_restarts_the_calibration(graph, tmp_path):
     save_extrinsics(path, extrinsics_from_map({name: np.eye(4) for name in POSES}))
     graph.start(file=str(path))
     assert graph.call("calibrate").success
-    graph.play(samples(duration_s=6.0), until=lambda: graph.node._calibration.counts["solutions"])
+    graph.play(samples(duration_s=6.0), until=lambda: graph.node.calibration.counts["solutions"])
     assert angle_deg(load_extrinsics(path).T_reference_sensor["right"], TRUE) < 0.6
 
 

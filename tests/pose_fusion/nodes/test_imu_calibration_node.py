@@ -20,9 +20,10 @@ from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.streams.clocks import Clock
 from pose_core.streams.samples import SkeletonSample
-from pose_fusion.conversions import to_clock_messages, to_header, to_static_tf
+from pose_fusion.conversions import to_clock_messages, to_static_tf
 from pose_fusion.nodes.fusion import FusionNode
 from pose_fusion.nodes.live_imu_calibration import ImuCalibrationNode
+from pose_node.conversions import to_header
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 MOUNTING = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.03), residual=0.05)
@@ -65,7 +66,7 @@ def test_a_restarted_fusion_uses_the_last_imu_alignment(ros_context, monkeypatch
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     overrides = [Parameter("run", value="r1"), Parameter("output_rate", value=0.0)]
     node = ros_context.add(FusionNode(parameter_overrides=overrides))
-    node.pipeline.place_sensors(extrinsics())
+    node.pipeline.use_extrinsics(extrinsics())
     _, _, skeletons, imus = moving_wearer(20.0)
     for sample in merged(skeletons, imus):
         node.pipeline.add((sample,) if isinstance(sample, SkeletonSample) else sample)

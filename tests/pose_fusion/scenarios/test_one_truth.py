@@ -43,7 +43,7 @@ def fused(recorded, from_s=0.0, live=False):
     estimates = []
     for sample in samples:
         if pipeline.extrinsics is None and (not live or sample.stamp_ns - begin_ns >= LIVE_S * 1e9):
-            pipeline.place_sensors(extrinsics)
+            pipeline.use_extrinsics(extrinsics)
         estimates += pipeline.add(sample)
     return series_of_estimates([*estimates, *pipeline.flush()])
 

@@ -15,7 +15,7 @@ from rosbags.interfaces import (
 )
 
 from pose_core.errors import InputError
-from pose_fusion.recording import continued, recording
+from pose_fusion.recording import continued, growing_bag
 from pose_fusion.recording.continued import ContinuedRecording
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_io.bag_repair import examine, repair
@@ -102,7 +102,7 @@ def test_recording_resumes_in_a_new_bag_once_the_disk_has_space(
     row = start(least_free_space=1.0)
     free = [10**9]
     usage = lambda _path: Usage(10**10, 0, free[0])  # noqa: E731
-    monkeypatch.setattr(recording.shutil, "disk_usage", usage)
+    monkeypatch.setattr(growing_bag.shutil, "disk_usage", usage)
     row.write("/count", text("a"), 1)
     free[0] = 10
     row.flush()

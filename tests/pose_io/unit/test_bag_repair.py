@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pose_core.errors import InputError
-from pose_fusion.recording.recording import Recording
+from pose_fusion.recording.growing_bag import GrowingBag
 from pose_fusion.tools.doctor import doctor_bag
 from pose_io.bag_repair import END, examine, repair
 from pose_io.bags import open_bag
@@ -19,7 +19,7 @@ STEP_NS = 10_000_000
 def cut_off(path, stamps_ns, storage="mcap"):
     """A recording of which only what was flushed is on disk, in takes of ten messages."""
     store = make_typestore()
-    recording = Recording(path, storage)
+    recording = GrowingBag(path, storage)
     recording.add_topic("/text", STRING, [])
     for index, stamp_ns in enumerate(stamps_ns):
         data = store.serialize_cdr(store.types[STRING](f"text {index}"), STRING)

@@ -313,7 +313,7 @@ def test_a_process_that_ignores_ctrl_c_is_terminated_and_then_killed(tmp_path, s
         "supervising.ESCALATION = ((signal.SIGINT, 0.1), (signal.SIGTERM, 0.1),"
         " (signal.SIGKILL, None))\n"
         "async def run(process):\n"
-        "    return await supervising.Supervisor([process]).run()\n"
+        "    return await supervising.ProcessSupervisor([process]).run()\n"
         f"process = Process(name='stubborn', command=(sys.executable, {str(stubborn)!r}))\n"
         "sys.exit(asyncio.run(run(process)))\n"
     )

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from pose_launch.errors import LaunchError
-from pose_launch.evaluation import Evaluation
+from pose_launch.evaluation import LaunchEvaluation
 from pose_launch.locating import find_launch_file
 
 
@@ -38,7 +38,7 @@ def evaluate(tmp_path, package):
     def evaluate(text, describe=False, **given):
         file = tmp_path / "x.launch.yaml"
         file.write_text(textwrap.dedent(text))
-        return Evaluation(given, describe=describe).run(file)
+        return LaunchEvaluation(given, describe=describe).run(file)
 
     return evaluate
 

@@ -10,7 +10,7 @@ from std_srvs.srv import Trigger
 from viewed_bag import moving_joints, skeleton_message
 from websockets.sync.client import connect
 
-from pose_fusion.conversions import to_header
+from pose_node.conversions import to_header
 from pose_view.nodes.viewer import ViewerNode
 
 
@@ -67,7 +67,7 @@ def publish_and_find(ros_context, viewer, body):
 
     def drawn():
         at = next(count)
-        header = to_header(at * 33_000_000)
+        header = to_header(at * 33_000_000, "map")
         publisher.publish(skeleton_message(joints[at % len(joints)], header, ""))
         return viewer.viewer.server.scene.get_handle_by_name(f"/bodies/{body}/left_forearm")
 

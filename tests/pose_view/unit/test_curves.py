@@ -8,11 +8,11 @@ from viewed_bag import FRAME_NS, START_NS, moving_joints
 
 from pose_core.body.joint_angles import joint_angles
 from pose_core.joints import JOINT_INDEX
+from pose_fusion.watching.observation import TopicWatch
 from pose_node.level import Level
 from pose_node.node_status import NodeStatus
 from pose_view.curves import BodyTrack, curve, on_grid, titles
-from pose_view.plain_words import Line, Mark, as_html, imu_line, node_line, stream_line
-from pose_view.stream_monitor import StreamMonitor
+from pose_view.plain_words import Mark, StatusLine, as_html, imu_line, node_line, stream_line
 from pose_view.web.plots import svg_plot, ticks
 
 JOINTS = moving_joints(4.0)
@@ -113,29 +113,29 @@ def test_ticks_are_round_and_few(low, high, expected):
 
 
 def test_a_stream_has_rate_delay_dropouts_and_silence():
-    monitor = StreamMonitor()
-    assert monitor.reading(0) is None
+    watch = TopicWatch("", 2.0)
+    assert stream_line("", watch.status(0)).text == "nothing yet"
     stamps = [k * FRAME_NS for k in range(60) if not 30 <= k < 42]
     for stamp in stamps:
-        monitor.add(stamp, stamp + 20_000_000)
-    reading = monitor.reading(stamps[-1] + 20_000_000)
+        watch.add(stamp + 20_000_000, stamp)
+    status = watch.status(stamps[-1] + 20_000_000)
 
-    assert reading.delay_s == pytest.approx(0.02)
-    assert reading.gaps == 1
-    assert reading.longest_gap_s == pytest.approx(13 / 30, abs=0.01)
-    line = stream_line("Kinect left", reading)
+    assert status.latency_s == pytest.approx(0.02)
+    assert status.gaps == 1
+    assert status.longest_gap_s == pytest.approx(13 / 30, abs=0.01)
+    line = stream_line("Kinect left", status)
     assert line.mark is Mark.WARNING
     assert "20 ms after capture, 1 dropout in a minute (longest 0.4 s)" in line.text
-    assert "silent for 3 s" in stream_line("", monitor.reading(stamps[-1] + 3 * S)).text
+    assert "silent for 3 s" in stream_line("", watch.status(stamps[-1] + 3 * S)).text
 
 
 def test_a_steady_stream_is_good_news():
-    monitor = StreamMonitor()
+    watch = TopicWatch("", 2.0)
     for k in range(90):
-        monitor.add(k * FRAME_NS, k * FRAME_NS + 5_000_000)
+        watch.add(k * FRAME_NS + 5_000_000, k * FRAME_NS)
 
-    line = stream_line("Fused", monitor.reading(89 * FRAME_NS), 0.013)
-    assert line == Line(mark=Mark.GOOD, title="Fused", text="30 Hz, 13 ms after capture")
+    line = stream_line("Fused", watch.status(89 * FRAME_NS + 5_000_000), 0.013)
+    assert line == StatusLine(mark=Mark.GOOD, title="Fused", text="30 Hz, 13 ms after capture")
 
 
 def test_imus_are_summed_up():
@@ -157,7 +157,7 @@ def test_a_silent_node_is_an_error():
 
 
 def test_lines_cannot_smuggle_html_into_the_page():
-    html = as_html([Line(mark=Mark.GOOD, title="<b>", text="<script>")])
+    html = as_html([StatusLine(mark=Mark.GOOD, title="<b>", text="<script>")])
 
     assert "<script>" not in html
     assert "&lt;script&gt;" in html

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 from viewed_bag import FRAME_NS, START_NS, moving_joints, skeleton_message
 
-from pose_fusion.conversions import to_header
+from pose_node.conversions import to_header
 from pose_node.node_status import NodeStatus
 from pose_view.live import LiveGraph
 
@@ -20,7 +20,7 @@ def graph():
 
 def feed(graph, stamps_ns):
     for stamp_ns in stamps_ns:
-        message = skeleton_message(JOINTS[0], to_header(stamp_ns), "subject")
+        message = skeleton_message(JOINTS[0], to_header(stamp_ns, "map"), "subject")
         graph.add_skeleton("subject", message)
 
 
@@ -51,7 +51,7 @@ def test_no_more_is_kept_than_the_plots_show(graph):
 
 
 def test_a_malformed_skeleton_is_counted(graph):
-    message = skeleton_message(JOINTS[0], to_header(START_NS), "subject")
+    message = skeleton_message(JOINTS[0], to_header(START_NS, "map"), "subject")
     message.name = ["head"]
     graph.add_skeleton("subject", message)
 
@@ -77,7 +77,7 @@ def test_a_body_without_messages_for_a_second_is_not_shown(graph):
 
 
 def joint_state(stamp_ns, joints, position):
-    return SimpleNamespace(header=to_header(stamp_ns), name=joints, position=position)
+    return SimpleNamespace(header=to_header(stamp_ns, "map"), name=joints, position=position)
 
 
 def test_a_robot_that_follows_has_a_past_once_both_its_topics_have_come(graph):

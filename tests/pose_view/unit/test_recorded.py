@@ -53,16 +53,13 @@ def test_a_track_is_the_requested_interval(recorded):
 
 def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded, monkeypatch):
     monkeypatch.setattr(BagFrames, "left_out", ("IMU torso: 5 samples left out",))
-    noted = []
     with open_bag(recording[0]) as bag:
         missing = missing_bodies(recorded, BODIES, bag)
         extrinsics = extrinsics_from_map(recorded.sensors)
         fusion = FusionParameters(sensors=extrinsics.sensors, subject="subject_kinect")
-        computed = compute_bodies(
-            bag, "kinect", fusion, extrinsics, lambda share: None, noted.extend
-        )
+        computed, left_out = compute_bodies(bag, "kinect", fusion, extrinsics, lambda share: None)
 
-    assert noted == ["IMU torso: 5 samples left out"]
+    assert left_out == ("IMU torso: 5 samples left out",)
     assert missing == {"subject_kinect": "kinect"}  # there are no IMUs in it
     snapshots = computed["subject_kinect"]
     assert len(snapshots) > 60

@@ -10,7 +10,7 @@ from pose_evaluation.agreement import Agreement, MethodStability, ViewAgreement
 from pose_evaluation.table import Table, number_row
 from pose_view.report.page.page import verdict
 from pose_view.report.page.sections import Section, without_empty
-from pose_view.report.recording import Recording, usual_methods
+from pose_view.report.report_data import ReportData, usual_methods
 
 VIEW = ViewAgreement(
     first="left",
@@ -39,7 +39,7 @@ class Analysis:
         self.agreement = Agreement(views=views, stability={})
         self.stability = {"default": stability}
         sensors = ("left", "right") if views else ("left",)
-        self.recording = Recording(
+        self.recording = ReportData(
             name="walk",
             begin_ns=0,
             duration_s=30.0,

@@ -113,7 +113,11 @@ def encode(sample: RawSample) -> bytes:
 
 
 def frame(payload: bytes) -> bytes:
-    """Wrap a payload of 1 to 64 bytes into sync, length and CRC."""
+    """Wrap a payload of 1 to 64 bytes into sync, length and CRC.
+
+    Raises:
+        ValueError: If it has another size.
+    """
     if not 1 <= len(payload) <= MAX_PAYLOAD_BYTES:
         raise ValueError(f"payload of {len(payload)} bytes; 1 to {MAX_PAYLOAD_BYTES} fit a frame")
     body = bytes([len(payload)]) + payload

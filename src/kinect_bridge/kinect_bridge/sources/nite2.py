@@ -34,7 +34,11 @@ COUNTERS = ("sensor_opened", "sensor_lost", "users_not_tracked", "users_beyond_l
 
 
 class Nite2Source(LiveSource):
-    """Source of NiTE2's users."""
+    """Source of NiTE2's users.
+
+    Raises:
+        PoseError: If a library or the joint map cannot be used.
+    """
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         self._device = parameters.nite2_device

@@ -209,7 +209,11 @@ class Nite2Library:
         self._nite_call("niteStartSkeletonTracking", tracker, user)
 
     def read_frame(self, tracker: c_void_p) -> Any:
-        """Pointer to the newest frame, to be released by :meth:`release_frame`."""
+        """Pointer to the newest frame, to be released by :meth:`release_frame`.
+
+        Raises:
+            LibraryError: If NiTE2 gives none.
+        """
         frame = POINTER(TrackerFrame)()
         self._nite_call("niteReadUserTrackerFrame", tracker, byref(frame))
         if not frame:

@@ -18,7 +18,11 @@ LATE_NS = 200_000_000  # [ns] delay that is reported
 
 
 class RecordingSource:
-    """Source of a recorded sensor's frames in real time."""
+    """Source of a recorded sensor's frames in real time.
+
+    Raises:
+        PoseError: If the recording cannot be read, or a parameter does not fit it.
+    """
 
     topics: tuple[Topic, ...] = ()
 

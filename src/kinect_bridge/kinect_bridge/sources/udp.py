@@ -36,7 +36,11 @@ Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 
 class UdpSource(LiveSource):
-    """Source of datagrams."""
+    """Source of datagrams.
+
+    Raises:
+        PoseError: If the address is invalid, open to unnamed senders, or in use.
+    """
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         address = _address("udp_address", parameters.udp_address)

@@ -15,13 +15,14 @@ from pose_bench.faults.fault import Fault, Signal, Window
 from pose_bench.faults.judging import RECOVERY_S, Poses, Truth, Verdict, judge
 from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer, Planned, new_player, planned
-from pose_bench.processes import launch, pids_of
+from pose_bench.processes import pids_of
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.offline import MethodSetup, run_methods
+from pose_fusion.tools.demo_processes import launch, up_command
 from pose_node.child_process import stop
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import bundled_clips
@@ -173,7 +174,7 @@ def start_graph(
     session = folder / "session.yaml"
     save_extrinsics(session, extrinsics_from_map(T_map_sensor))
     arguments |= {"extrinsics_file": str(session), "bag": str(folder / "bag")}
-    return launch("fusion.launch.yaml", arguments, folder / "graph.log")
+    return launch(up_command("fusion.launch.yaml", arguments), folder / "graph.log")
 
 
 def await_graph(player: FaultPlayer, graph: "subprocess.Popen[str]", folder: Path) -> None:

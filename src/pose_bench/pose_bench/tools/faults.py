@@ -1,7 +1,6 @@
 """``./pose bench faults``: faults injected into the live graph, one table."""
 
 import argparse
-import json
 import tempfile
 from pathlib import Path
 
@@ -40,16 +39,11 @@ def run(options: argparse.Namespace) -> int:
             print("  " + " | ".join(row(verdict)), flush=True)
             if verdict.said:
                 print(f"    said: {verdict.said}", flush=True)
-            if options.output:
-                _write(options.output, verdicts)
+            if options.output:  # after each one, since all of them take hours
+                text = document("Reliability", [fault_table(verdicts)])
+                (folder / "reliability.md").write_text(text)
     show([fault_table(verdicts)])
     broken = [verdict.fault.name for verdict in verdicts if verdict.broken]
     if broken:
         print(f"{len(broken)} of {len(FAULTS)} faults break a bound: {', '.join(broken)}")
     return 1 if broken else 0
-
-
-def _write(folder: Path, verdicts: list[Verdict]) -> None:
-    (folder / "reliability.md").write_text(document("Reliability", [fault_table(verdicts)]))
-    plain = [{**vars(v), "fault": v.fault.name, "broken": v.broken} for v in verdicts]
-    (folder / "reliability.json").write_text(json.dumps(plain, indent=1, default=str))

@@ -10,7 +10,7 @@ from statistics import median
 import numpy as np
 from rich.console import Console
 
-from pose_bench.processes import latency_probe, launch
+from pose_bench.processes import latency_probe
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.speed import (
     FRAMES,
@@ -31,6 +31,7 @@ from pose_bench.tools.prediction import prediction_errors
 from pose_bench.tools.showing import show
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_fusion.tools.demo_processes import launch, up_command
 from pose_node.child_process import executable, run_to_end, stop
 
 PROBE_S = 4.0  # [s] until the probe has started
@@ -77,7 +78,7 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
     with latency_probe() as noted:
         time.sleep(PROBE_S)
         begin_ns = time.time_ns()
-        graph = launch("capture.launch.yaml", arguments, folder / "start.log")
+        graph = launch(up_command("capture.launch.yaml", arguments), folder / "start.log")
         try:
             time.sleep(WATCHED_S)
         finally:

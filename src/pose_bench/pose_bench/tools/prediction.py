@@ -96,7 +96,11 @@ def _stddev_deg(poses: list[BodyEstimate]) -> float:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "--choreographies", nargs="+", default=["leg_lift_march", "kicks", "dance"], metavar="NAME"
+        "--choreographies",
+        nargs="+",
+        default=["leg_lift_march", "kicks", "dance"],
+        metavar="NAME",
+        help="motions of the synthetic subject (default: leg_lift_march kicks dance)",
     )
     parser.add_argument(
         "--duration", type=float, default=30.0, metavar="S", help="of each session [s] (30)"

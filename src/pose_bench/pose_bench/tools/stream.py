@@ -121,7 +121,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a bag that was recorded live; its joint_states are judged as they were heard",
     )
     parser.add_argument("--sessions", type=int, default=4, help="captured ones of each folder (4)")
-    parser.add_argument("--output-rate", type=float, default=100.0, metavar="HZ")
+    parser.add_argument(
+        "--output-rate", type=float, default=100.0, metavar="HZ", help="of the joint states (100)"
+    )
     parser.add_argument("--seed", type=int, default=SEED, help="of everything random")
 
 

@@ -66,7 +66,12 @@ class Bundle:
     def solve(
         self, T_camera_reference: Mapping[str, FloatArray], T_reference_board: FloatArray
     ) -> BundleResult:
-        """Refine an initial estimate."""
+        """Refine an initial estimate.
+
+        Args:
+            T_camera_reference: (4, 4) by camera.
+            T_reference_board: Of each view, (views, 4, 4).
+        """
         poses = [T_camera_reference[name] for name in self._names[1:]]
         start = np.concatenate([_vector(T) for T in (*poses, *T_reference_board)])
         found = least_squares(

@@ -13,7 +13,7 @@ COLUMNS = ("left", "centre", "right")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Coverage:
+class ImageCoverage:
     """Cells of a 3 x 3 grid over the image in which corners were detected."""
 
     cells: NDArray[np.bool_]  # (3, 3), rows from the top
@@ -36,11 +36,11 @@ class Coverage:
         return "at the " + ", ".join(self.missing) if self.missing else "everywhere"
 
 
-def coverage(views: Iterable[BoardView]) -> Coverage:
+def coverage(views: Iterable[BoardView]) -> ImageCoverage:
     """Compute the coverage of an image by the corners of all views."""
     cells = np.zeros((3, 3), bool)
     for view in views:
         share = np.clip(view.pixels / view.image_size, 0.0, 1.0 - 1e-9)
         column, row = (share * 3).astype(int).T
         cells[row, column] = True
-    return Coverage(cells=cells)
+    return ImageCoverage(cells=cells)

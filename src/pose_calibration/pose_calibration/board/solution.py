@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_calibration.board.bundle import Bundle, BundleResult
 from pose_calibration.board.camera import Camera, estimate_camera
-from pose_calibration.board.coverage import Coverage, coverage
+from pose_calibration.board.coverage import ImageCoverage, coverage
 from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
 from pose_calibration.geometry.rigid_transform import CalibrationError
@@ -38,7 +38,7 @@ class BoardCalibration:
     rms_px: float  # reprojection
     rotation_stddev: Mapping[str, float]  # [rad]
     position_stddev: Mapping[str, float]  # [m]
-    coverage: Mapping[str, Coverage]
+    coverage: Mapping[str, ImageCoverage]
     pairs: Mapping[str, int]  # [-] instants used that each camera has in common with another
     left_out: Mapping[int, str] = field(default_factory=dict)  # reason, by index of the instant
 

@@ -49,7 +49,11 @@ class BoardParameters:
 
 
 class Board:
-    """Geometry and markers of the board."""
+    """Geometry and markers of the board.
+
+    Raises:
+        InputError: If OpenCV is too old.
+    """
 
     def __init__(self, parameters: BoardParameters) -> None:
         version = tuple(int(part) for part in cv2.__version__.split(".")[:2])
@@ -62,7 +66,11 @@ class Board:
 
     @cached_property
     def charuco(self) -> cv2.aruco.CharucoBoard:
-        """The board as OpenCV's object."""
+        """The board as OpenCV's object.
+
+        Raises:
+            ParameterError: If it has more squares than there are markers for.
+        """
         p = self.parameters
         markers = p.columns * p.rows // 2
         name = SMALL_DICTIONARY if markers <= SMALL_COUNT else LARGE_DICTIONARY

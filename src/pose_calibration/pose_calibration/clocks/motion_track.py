@@ -32,7 +32,16 @@ class Track:
 
 
 def interpolated(own: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Interpolate values of ascending instants [s] at other instants; NaN in gaps and outside."""
+    """Interpolate values linearly; NaN in gaps and outside.
+
+    Args:
+        own: Instants of the values, ascending, (n,) [s].
+        values: (n, …).
+        wanted: Instants of the result, (m,) [s].
+
+    Returns:
+        Shape (m, …).
+    """
     after = np.clip(np.searchsorted(own, wanted), 1, len(own) - 1)
     step = own[after] - own[after - 1]
     share = (wanted - own[after - 1]) / step

@@ -32,6 +32,9 @@ class ExtrinsicsCalibrator:
         sensors: The sensors' names, the reference first. With a single one, only the floor is
             estimated.
         parameters: Quality that the calibration must reach, known tilt and height of the reference.
+
+    Raises:
+        ParameterError: If there is no sensor, or a name occurs twice.
     """
 
     def __init__(

@@ -19,7 +19,7 @@ def rounded(value: float, digits: int) -> float:
 
 
 def quaternion_values(R: FloatArray, digits: int) -> list[float]:
-    """A rotation as a quaternion x, y, z, w with a unique sign."""
+    """A rotation, (3, 3), as a quaternion x, y, z, w with a unique sign."""
     quaternion = np.empty(4)
     quaternion_of(np.ascontiguousarray(R, float), quaternion)
     return [rounded(value, digits) for value in quaternion]

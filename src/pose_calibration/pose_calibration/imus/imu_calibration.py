@@ -36,14 +36,14 @@ STAND = "stand still, upright, arms hanging, palms to the thighs, for 2 s"
 
 
 @dataclass(frozen=True)
-class Finding:
+class ImuFinding:
     """A fault of the sensors of some segments, or a remark about them."""
 
     segments: tuple[str, ...]
     text: str
 
 
-def faults_of(observations: ImuObservations, explanations: Explanations) -> list[Finding]:
+def faults_of(observations: ImuObservations, explanations: Explanations) -> list[ImuFinding]:
     """Faults that make a sensor unusable."""
     found = [*_silent(observations), *_unmoved(observations)]
     named = {segment for finding in found for segment in finding.segments}
@@ -53,7 +53,7 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
                 f"the sensors of {first} and {second} are exchanged: exchange them in the nodes "
                 "file, or on the body"
             )
-            found.append(Finding((first, second), text))
+            found.append(ImuFinding((first, second), text))
     named = {segment for finding in found for segment in finding.segments}
     for segment in explanations.upside_down_worlds:
         if segment not in named:
@@ -61,11 +61,11 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
                 f"the sensor of {segment} rotates the wrong way round: its reference frame is "
                 "upside down (z points down); have it send z up (ENU), or raw data"
             )
-            found.append(Finding((segment,), text))
+            found.append(ImuFinding((segment,), text))
     return found
 
 
-def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
+def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[ImuFinding]:
     """Unusual but accepted mountings: sensors inverted relative to the others."""
     if len(alignments) < LEAST_TO_COMPARE:
         return []
@@ -76,7 +76,7 @@ def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
     if len(usual) <= len(names) // 2:
         return []
     return [
-        Finding(
+        ImuFinding(
             (name,),
             f"the sensor of {name} sits upside down, compared with the others: this is allowed, "
             "but check whether it is intended",
@@ -86,10 +86,10 @@ def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
     ]
 
 
-def uncertain(alignments: Mapping[str, SensorToSegment], enough: float) -> list[Finding]:
+def uncertain(alignments: Mapping[str, SensorToSegment], enough: float) -> list[ImuFinding]:
     """Alignments with standard deviations above ``enough`` [rad] that motion could reduce."""
     return [
-        Finding(
+        ImuFinding(
             (segment,),
             f"{segment} is known to {np.degrees(wanted_stddev(segment, alignment)):.0f} deg only: "
             f"calibrate again and {how_to_move(segment)}",
@@ -99,7 +99,7 @@ def uncertain(alignments: Mapping[str, SensorToSegment], enough: float) -> list[
     ]
 
 
-def _silent(o: ImuObservations) -> list[Finding]:
+def _silent(o: ImuObservations) -> list[ImuFinding]:
     heard = np.isfinite(o.rate).mean(axis=0)
     standing = np.isfinite(o.rate[o.is_neutral]).mean(axis=0)
     found = []
@@ -110,11 +110,11 @@ def _silent(o: ImuObservations) -> list[Finding]:
             text = f"the sensor of {segment} sent samples only {share:.0%} of the time"
         else:
             continue
-        found.append(Finding((segment,), f"{text}: check its cable or radio"))
+        found.append(ImuFinding((segment,), f"{text}: check its cable or radio"))
     return found
 
 
-def _unmoved(o: ImuObservations) -> list[Finding]:
+def _unmoved(o: ImuObservations) -> list[ImuFinding]:
     found = []
     for i, segment in enumerate(o.segments):
         axis = o.long_axis[:, i]
@@ -131,7 +131,7 @@ def _unmoved(o: ImuObservations) -> list[Finding]:
                 f"the sensor of {segment} does not move ({np.degrees(turned):.0f} deg, the segment "
                 f"{np.degrees(inclination):.0f} deg): strap it on, or check whether it is stuck"
             )
-            found.append(Finding((segment,), text))
+            found.append(ImuFinding((segment,), text))
     return found
 
 
@@ -148,8 +148,8 @@ class ImuCalibrationResult:
     """Alignment of all sensors, with faults and remarks."""
 
     alignments: SensorsToSegments
-    faults: Sequence[Finding]
-    remarks: Sequence[Finding]
+    faults: Sequence[ImuFinding]
+    remarks: Sequence[ImuFinding]
 
     @property
     def usable(self) -> SensorsToSegments:
@@ -275,9 +275,9 @@ class ImuCalibration:
             reason = "you, or a sensor, still move"
         return f"{STAND} ({reason})" if reason else STAND
 
-    def _absent(self) -> list[Finding]:
+    def _absent(self) -> list[ImuFinding]:
         return [
-            Finding(
+            ImuFinding(
                 (name,), f"no samples from {name}: check its cable or radio, and the nodes file"
             )
             for name in self.parameters.worn

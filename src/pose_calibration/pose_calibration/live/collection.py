@@ -1,5 +1,6 @@
 """Collection of samples until they determine a calibration: solutions, and what they still lack."""
 
+from collections import deque
 from dataclasses import replace
 
 from pose_calibration.body_measures import measure_body
@@ -11,8 +12,8 @@ from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.live.guidance import what_is_missing
 from pose_calibration.live.parameters import LiveCalibrationParameters
-from pose_calibration.live.sample_memory import SampleMemory
 from pose_core.api import (
+    AlignedFrame,
     Clocks,
     Extrinsics,
     SkeletonSample,
@@ -28,7 +29,41 @@ ATTEMPT_EVERY_S = 1.0  # [s] of common view
 NEXT_AFTER = 2.0  # [-] ratio of the common view between successive solutions
 NEXT_WITHIN_S = 8.0  # [s] largest common view between successive solutions
 SAME_OFFSET_NS = 2_000_000  # [ns] smaller changes are ignored
+LONGEST = 4_000  # [samples] stored: a minute of two sensors
 UNKNOWN_CLOCK_NS = 200_000_000  # [ns] between stamps that arrive together; networks delay by less
+
+
+class SampleMemory:
+    """The last samples of all sensors, in the order of their arrival, by their own clocks."""
+
+    def __init__(self) -> None:
+        self._samples: deque[SkeletonSample] = deque(maxlen=LONGEST)
+
+    def add(self, sample: SkeletonSample) -> None:
+        """Store a sample."""
+        self._samples.append(sample)
+
+    def clear(self) -> None:
+        """Drop all samples."""
+        self._samples.clear()
+
+    @property
+    def newest_ns(self) -> int:
+        """The latest stamp [ns]; 0 if there is none."""
+        return max((sample.stamp_ns for sample in self._samples), default=0)
+
+    def by_sensor(self) -> dict[str, list[SkeletonSample]]:
+        """Each sensor's samples."""
+        by_sensor: dict[str, list[SkeletonSample]] = {}
+        for sample in self._samples:
+            by_sensor.setdefault(sample.sensor, []).append(sample)
+        return by_sensor
+
+    def aligned(self, aligner: TimeAligner, clocks: Clocks) -> list[AlignedFrame]:
+        """All samples aligned at common instants by these clocks."""
+        corrected = [on_reference_clock(sample, clocks) for sample in self._samples]
+        corrected.sort(key=lambda sample: sample.stamp_ns)
+        return [frame for sample in corrected for frame in aligner.add(sample)]
 
 
 class Collection:

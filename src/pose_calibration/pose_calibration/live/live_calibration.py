@@ -194,7 +194,7 @@ class LiveCalibration:
 
     def _watch(self, extrinsics: Extrinsics) -> None:
         self._collection.use_clocks(extrinsics.clocks)
-        self.selector.place_sensors(extrinsics)
+        self.selector.use_extrinsics(extrinsics)
         if self.parameters.watch:
             aligner, limit_s = self._collection.aligner, self.parameters.max_offset
             self._monitoring = Monitoring(extrinsics, aligner, limit_s)

@@ -89,7 +89,7 @@ class CalibrationPerson:
         """Whether there are several people whose views are not matched yet."""
         return self._is_several and self._tracker is None
 
-    def follow(self, person: str) -> None:
+    def choose_by(self, person: str) -> None:
         """Select the person of this id from now on; if empty, the one whose views agree."""
         self.person = person
         self.restart()
@@ -101,7 +101,7 @@ class CalibrationPerson:
         self._is_several = False
         self._match_after_s = MATCH_AFTER_S
 
-    def place_sensors(self, extrinsics: Extrinsics) -> None:
+    def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Use estimated extrinsics to identify persons from now on."""
         self._extrinsics = extrinsics
         self._held.clear()

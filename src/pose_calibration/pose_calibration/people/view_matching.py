@@ -89,7 +89,7 @@ def match_views(target: Views, source: Views) -> Hypothesis | None:
 def rough_places(
     views: Mapping[str, Views], reference: str
 ) -> tuple[dict[str, FloatArray], Clocks]:
-    """Approximate poses of the sensors in the reference's frame, and their clocks.
+    """Approximate poses of the sensors in the reference's frame, (4, 4), and their clocks.
 
     Sensors are linked one after the other to the one with the best hypothesis; those without a
     hypothesis are left out.

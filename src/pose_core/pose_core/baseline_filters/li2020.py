@@ -83,12 +83,12 @@ class Li2020Filter:
 
     @property
     def dof(self) -> FloatArray:
-        """Root position [m], rotation vector from the reference [rad], angles [rad]."""
+        """Root position [m], rotation vector from the reference [rad], angles [rad]; shape (d,)."""
         return self._mean[: self._size]
 
     @property
     def rates(self) -> FloatArray:
-        """Rates of ``dof``, [m/s] and [rad/s]."""
+        """Rates of ``dof``, [m/s] and [rad/s], shape (d,)."""
         return self._mean[self._size :]
 
     @property

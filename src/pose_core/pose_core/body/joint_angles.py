@@ -67,7 +67,7 @@ def joint_angles(positions: FloatArray) -> dict[str, FloatArray]:
 
 
 def wrapped(angle: FloatArray) -> FloatArray:
-    """Angles [rad] modulo 2π, in [−π, π)."""
+    """Angles [rad] of any shape modulo 2π, in [−π, π)."""
     return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 

@@ -67,30 +67,19 @@ class EstimateBlock:
     def __iter__(self) -> Iterator[BodyEstimate]:
         return map(self.__getitem__, range(len(self)))
 
-    def rows(self, rows: slice) -> "EstimateBlock":
-        """A block of some rows."""
-        fields = ((name, getattr(self, name)) for name in self.__dataclass_fields__)
-        chosen: dict[str, Any] = {
-            name: value[rows] if isinstance(value, np.ndarray) else value for name, value in fields
-        }
-        return EstimateBlock(**chosen)
-
     def __getitem__(self, row: int) -> BodyEstimate:
         """One estimate; its arrays are views of the block's."""
-        return BodyEstimate(
-            stamp_ns=int(self.stamps_ns[row]),
-            newest_ns=int(self.newest_ns[row]),
-            dof_names=self.dof_names,
-            position=self.position[row],
-            velocity=self.velocity[row],
-            position_stddev=self.position_stddev[row],
-            is_known=self.is_known[row],
-            weight_kinect=self.weight_kinect[row],
-            weight_imu=self.weight_imu[row],
-            source=self.source[row],
-            joints=self.joints[row],
-            fk_joints=self.fk_joints[row],
-            tracking_state=self.tracking_state[row],
-            link_names=self.link_names,
-            T_map_link=self.T_map_link[row],
-        )
+        fields = self._fields_at(row)
+        stamp_ns, newest_ns = int(fields.pop("stamps_ns")), int(fields.pop("newest_ns"))
+        return BodyEstimate(stamp_ns=stamp_ns, newest_ns=newest_ns, **fields)
+
+    def rows(self, rows: slice) -> "EstimateBlock":
+        """A block of some rows."""
+        return EstimateBlock(**self._fields_at(rows))
+
+    def _fields_at(self, rows: int | slice) -> dict[str, Any]:
+        """All fields by name, the arrays at these rows."""
+        return {
+            name: value[rows] if isinstance(value, np.ndarray) else value
+            for name, value in vars(self).items()
+        }

@@ -1,6 +1,7 @@
 """``li2020``: the filter of the paper, which uses only cameras; restarted when it is lost."""
 
 from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +10,6 @@ from scipy.spatial.transform import Rotation
 from pose_core.arrays import FloatArray
 from pose_core.baseline_filters.li2020 import Li2020Filter
 from pose_core.body.joint_rotations import continuous_vector
-from pose_core.body.model import BodyModel
-from pose_core.body.shape import BodyShape
-from pose_core.counters import Counters
 from pose_core.errors import ParameterError
 from pose_core.estimates.body_estimates import Source
 from pose_core.estimates.observation import Observation
@@ -36,15 +34,9 @@ class Li2020Estimator(StepwiseEstimator):
         "filter_restarts_numerical",
     )
 
-    def __init__(
-        self,
-        model: BodyModel,
-        shape: BodyShape,
-        parameters: FusionParameters,
-        counters: Counters,
-    ) -> None:
-        super().__init__(model, shape, parameters, counters)
-        self._filter = Li2020Filter(model, shape, parameters)
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self._filter = Li2020Filter(self.model, self.shape, self.parameters)
         self._last_ns: int | None = None
         self._diverged_since_ns: int | None = None
         self._root_vector: FloatArray | None = None

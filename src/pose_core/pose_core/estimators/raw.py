@@ -1,12 +1,9 @@
 """``mean``, ``left``, ``right``: the sensors' raw joints, without any filter."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from pose_core.body.model import BodyModel
-from pose_core.body.shape import BodyShape
-from pose_core.counters import Counters
 from pose_core.errors import ParameterError
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
@@ -22,16 +19,10 @@ class MeanOfSensors(StepwiseEstimator):
     SENSOR: ClassVar[str] = ""
     """The only sensor that is used; empty: all sensors."""
 
-    def __init__(
-        self,
-        model: BodyModel,
-        shape: BodyShape,
-        parameters: FusionParameters,
-        counters: Counters,
-    ) -> None:
-        super().__init__(model, shape, parameters, counters)
-        self._is_chosen = np.array([self.SENSOR in ("", each) for each in parameters.sensors])
-        self._pose = PoseOfJoints(model, shape)
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self._is_chosen = np.array([self.SENSOR in ("", each) for each in self.parameters.sensors])
+        self._pose = PoseOfJoints(self.model, self.shape)
 
     @classmethod
     def check(cls, parameters: FusionParameters) -> None:

@@ -13,7 +13,7 @@ singularities. For the paper's attitudes the IMU bridge runs Madgwick's filter
 """
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -21,14 +21,11 @@ from pose_core.arrays import FloatArray
 from pose_core.body.inverse_kinematics import vector_from_rotation
 from pose_core.body.joint_rotations import continuous_vector, link_angles
 from pose_core.body.kinematics import ForwardKinematics
-from pose_core.body.model import ROOT_DOF, BodyModel, Link
-from pose_core.body.shape import BodyShape
-from pose_core.counters import Counters
+from pose_core.body.model import ROOT_DOF, Link
 from pose_core.estimates.body_estimates import Source
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.parameters import FusionParameters
 from pose_core.estimators.pose_of_joints import LONGEST_STEP_S, PoseOfJoints
 from pose_core.imu.attitude_aligner import AttitudeAligner
 from pose_core.imu.imu_use import ImuUse
@@ -46,17 +43,11 @@ class Zhang2015Estimator(StepwiseEstimator):
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
     USES_IMUS: ClassVar[bool] = True
 
-    def __init__(
-        self,
-        model: BodyModel,
-        shape: BodyShape,
-        parameters: FusionParameters,
-        counters: Counters,
-    ) -> None:
-        super().__init__(model, shape, parameters, counters)
-        self._raw = PoseOfJoints(model, shape)
-        self._kinematics = ForwardKinematics(model, shape.offsets)
-        self._imus = AttitudeAligner(model)
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self._raw = PoseOfJoints(self.model, self.shape)
+        self._kinematics = ForwardKinematics(self.model, self.shape.offsets)
+        self._imus = AttitudeAligner(self.model)
         self._previous: tuple[int, FusedPose] | None = None
 
     @property

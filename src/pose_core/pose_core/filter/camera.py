@@ -54,7 +54,7 @@ class CameraFrame(NamedTuple):
     late_s: float  # [s] by which its stamp is before the filter's time
 
 
-class View(NamedTuple):
+class PredictedView(NamedTuple):
     """Predicted measurement of one frame."""
 
     positions: FloatArray  # (joints, 3) [m] in map
@@ -74,7 +74,9 @@ def is_tracked(frame: CameraFrame, joint: int) -> bool:
 
 
 @compiled
-def predict_view(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> View:
+def predict_view(
+    constants: CameraConstants, state: FilterState, frame: CameraFrame
+) -> PredictedView:
     """Predict the joints at the time of a frame's capture, and their self-occlusion."""
     pose, joints, links = state.pose, len(frame.positions), state.layout.links
     rotations = np.empty_like(pose.rotations)
@@ -85,12 +87,16 @@ def predict_view(constants: CameraConstants, state: FilterState, frame: CameraFr
     velocity, covered = np.empty((joints, 3)), np.empty(joints)
     compute_joint_velocities(constants.body, levers, pose.velocity, pose.rates, velocity)
     hidden(constants.capsules, positions, frame.camera, covered)
-    return View(positions, levers, velocity, rotations, covered)
+    return PredictedView(positions, levers, velocity, rotations, covered)
 
 
 @compiled
 def add_camera(
-    constants: CameraConstants, state: FilterState, frame: CameraFrame, view: View, rows: Rows
+    constants: CameraConstants,
+    state: FilterState,
+    frame: CameraFrame,
+    view: PredictedView,
+    rows: Rows,
 ) -> None:
     """Add the measurement rows of all joints in a frame."""
     layout = state.layout

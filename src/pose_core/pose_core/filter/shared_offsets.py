@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.filter.camera import View
+from pose_core.filter.camera import PredictedView
 from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.compiling import compiled
@@ -48,7 +48,7 @@ class SharedOffsetConstants(NamedTuple):
 
 @compiled
 def estimate_shared_offsets(
-    constants: SharedOffsetConstants, view: View, gap_s: float, state: FilterState
+    constants: SharedOffsetConstants, view: PredictedView, gap_s: float, state: FilterState
 ) -> None:
     """Update the waist's running mean with one frame, and the offsets of hips and shoulders.
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.filter.camera import CameraFrame, View, heading_of
+from pose_core.filter.camera import CameraFrame, PredictedView, heading_of
 from pose_core.filter.rows import Rows
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.update import UpdateResult
@@ -49,7 +49,7 @@ def update_tracker_errors(
     gap_s: float,
     state: FilterState,
     frame: CameraFrame,
-    view: View,
+    view: PredictedView,
     rows: Rows,
     joints: int,
     update: UpdateResult,
@@ -76,7 +76,7 @@ def update_tracker_errors(
 def estimate_offsets(
     state: FilterState,
     frame: CameraFrame,
-    view: View,
+    view: PredictedView,
     rows: Rows,
     joints: int,
     update: UpdateResult,
@@ -111,7 +111,7 @@ def estimate_delay(
     gap_s: float,
     state: FilterState,
     frame: CameraFrame,
-    view: View,
+    view: PredictedView,
     rows: Rows,
     joints: int,
     weights: FloatArray,

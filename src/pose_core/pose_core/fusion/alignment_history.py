@@ -39,7 +39,7 @@ class AlignmentHistory:
         self._estimates: dict[str, _Estimates] = {}
         self._last_ns: int | None = None
 
-    def follow(self, pipeline: FusionPipeline) -> None:
+    def note(self, pipeline: FusionPipeline) -> None:
         """Note the present estimates, once a second."""
         stamp_ns = pipeline.newest_ns
         if self._last_ns is not None and 0 <= stamp_ns - self._last_ns < PERIOD_NS:

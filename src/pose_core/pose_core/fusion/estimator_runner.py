@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
@@ -25,6 +26,18 @@ EstimatorMaker = Callable[[BodyModel, BodyShape, FusionParameters, Counters], Es
 def runner_counters(parameters: FusionParameters) -> tuple[str, ...]:
     """Names of the counters of an :class:`EstimatorRunner`."""
     return ("estimates", *estimator_class(parameters.estimator).COUNTERS)
+
+
+class NotStarted(Estimator):
+    """Stands for the estimator until the body is measured: it has no pose, no IMU, no delay."""
+
+    def __init__(self) -> None:
+        """It needs nothing."""
+
+    def track(self, observation: Observation) -> list[TimedPose]:
+        """No pose."""
+        del observation
+        return []
 
 
 class EstimatorRunner:
@@ -56,7 +69,7 @@ class EstimatorRunner:
         self._calibrations = kind.VARIANCE_CALIBRATION
         self._output: StateOutput | None = None
         self._shape: BodyShape | None = None
-        self._estimator: Estimator | None = None
+        self._estimator: Estimator = NotStarted()
         self._sensor_to_segment: SensorsToSegments = {}
         self.tracker_delay_s = parameters.tracker_delay
         """Prior mean of the trackers' delays [s], for estimators that are made from now on."""
@@ -76,7 +89,7 @@ class EstimatorRunner:
 
     def _estimator_of(self, observation: Observation) -> Estimator:
         """The estimator; a new body shape starts a new one."""
-        if self._estimator is None or observation.shape is not self._shape:
+        if observation.shape is not self._shape:
             self._convert()
             self._shape = observation.shape
             self._output = StateOutput(self._model, observation.shape, self._calibrations)
@@ -88,44 +101,38 @@ class EstimatorRunner:
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Use sensor-to-segment rotations of a calibration."""
         self._sensor_to_segment = alignments
-        if self._estimator is not None:
-            self._estimator.use_sensor_to_segment(alignments)
+        self._estimator.use_sensor_to_segment(alignments)
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
         """Sensor-to-segment rotations of the aligned IMUs."""
-        return {} if self._estimator is None else self._estimator.sensor_to_segment
+        return self._estimator.sensor_to_segment
 
     @property
     def tracker_delays_ns(self) -> dict[str, int]:
         """Delay of each sensor's tracker [ns], to subtract from its stamps."""
-        delays_s = None if self._estimator is None else self._estimator.tracker_delays_s
-        if delays_s is None:
-            return {}
-        return {
-            sensor: round(delay_s * NS_PER_S)
-            for sensor, delay_s in zip(self._parameters.sensors, delays_s.tolist(), strict=True)
-        }
+        delays_s = self._by_sensor(self._estimator.tracker_delays_s)
+        return {sensor: round(delay_s * NS_PER_S) for sensor, delay_s in delays_s.items()}
 
     @property
     def tracker_delay_stddev_s(self) -> dict[str, float]:
         """Standard deviation of each tracker's delay [s]; empty if they are not estimated."""
-        stddev_s = None if self._estimator is None else self._estimator.tracker_delay_stddev_s
-        return (
-            {}
-            if stddev_s is None
-            else dict(zip(self._parameters.sensors, stddev_s.tolist(), strict=True))
-        )
+        return self._by_sensor(self._estimator.tracker_delay_stddev_s)
+
+    def _by_sensor(self, values: FloatArray | None) -> dict[str, float]:
+        if values is None:
+            return {}
+        return dict(zip(self._parameters.sensors, values.tolist(), strict=True))
 
     @property
     def uses_imus(self) -> bool:
         """Whether there is an estimator, and it takes IMUs' samples."""
-        return self._estimator is not None and self._estimator.USES_IMUS
+        return self._estimator.USES_IMUS
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples."""
-        return () if self._estimator is None else self._estimator.imu_uses
+        return self._estimator.imu_uses
 
     def predict(self, stamp_ns: int, newest_ns: int, imus: ImuMeasurements) -> None:
         """Predict the pose to a later instant; it waits for :meth:`take`. The estimator stays.
@@ -135,14 +142,14 @@ class EstimatorRunner:
             newest_ns: Stamp of the newest sample of any source [ns].
             imus: Samples of the IMUs at that instant, extrapolated by their gyroscopes.
         """
-        pose = None if self._estimator is None else self._estimator.predicted(stamp_ns, imus)
+        pose = self._estimator.predicted(stamp_ns, imus)
         if pose is not None:
             self._add(pose, newest_ns)
 
     @property
     def stamp_ns(self) -> int | None:
         """Instant of the state from which poses are predicted [ns]; None without one."""
-        return None if self._estimator is None else self._estimator.stamp_ns
+        return self._estimator.stamp_ns
 
     def interpolate(self, stamps_ns: Sequence[int], newest_ns: int) -> None:
         """Add poses at instants up to :attr:`stamp_ns`; they wait for :meth:`take`.
@@ -151,7 +158,7 @@ class EstimatorRunner:
             stamps_ns: The instants [ns], after the observation before the last one.
             newest_ns: Stamp of the newest sample of any source [ns].
         """
-        for pose in [] if self._estimator is None else self._estimator.interpolated(stamps_ns):
+        for pose in self._estimator.interpolated(stamps_ns):
             self._add(pose, newest_ns)
 
     def predict_one(
@@ -170,7 +177,7 @@ class EstimatorRunner:
         Args:
             newest_ns: Stamp of the newest sample of any source [ns].
         """
-        for pose in [] if self._estimator is None else self._estimator.flush():
+        for pose in self._estimator.flush():
             self._add(pose, newest_ns)
 
     def take(self, least: int = 1) -> list[EstimateBlock]:

@@ -68,7 +68,7 @@ def initial_alignments(
     pipeline, history = FusionPipeline(parameters, extrinsics), AlignmentHistory()
     for sample in in_order(samples, extrinsics.clocks):
         pipeline.add(sample)
-        history.follow(pipeline)
+        history.note(pipeline)
     return history.initial(pipeline)
 
 

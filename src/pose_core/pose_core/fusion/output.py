@@ -77,23 +77,16 @@ class StateOutput:
         self._output_states(self._body, stamps_ns, states, self._blending, output)
         tracking_state = np.empty((count, len(JOINTS)), np.uint8)
         self._tracking_states(self._body.model, states, tracking_state)
+        fields = output._asdict()
         # A smoothed covariance may be indefinite by rounding.
-        stddev = np.sqrt(np.maximum(output.variance, 0.0))
+        stddev = np.sqrt(np.maximum(fields.pop("variance"), 0.0))
         stddev[:, ROOT_DOF:] = np.clip(stddev[:, ROOT_DOF:], LEAST_STDDEV, LARGEST_STDDEV)
         return EstimateBlock(
             stamps_ns=stamps_ns,
             newest_ns=block.newest_ns,
             dof_names=model.dof_names,
-            position=output.position,
-            velocity=output.velocity,
             position_stddev=stddev,
-            is_known=output.is_known,
-            weight_kinect=output.weight_kinect,
-            weight_imu=output.weight_imu,
-            source=output.source,
-            joints=output.joints,
-            fk_joints=output.fk_joints,
             tracking_state=tracking_state,
             link_names=model.link_names,
-            T_map_link=output.T_map_link,
+            **fields,
         )

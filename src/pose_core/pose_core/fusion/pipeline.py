@@ -39,7 +39,7 @@ class FusionPipeline:
 
     Args:
         parameters: See :class:`FusionParameters`.
-        extrinsics: Poses of the sensors; may be set later (:meth:`place_sensors`).
+        extrinsics: Poses of the sensors; may be set later (:meth:`use_extrinsics`).
         shape: The person's body measures; measured from the first samples if None.
         is_live: Whether the caller requests estimates with :meth:`publish_until`. Otherwise,
             for a recording, they are returned when samples are added.
@@ -68,7 +68,7 @@ class FusionPipeline:
         self.outlet: Callable[[EstimateBlock], None] | None = None
         """Receives each block of estimates, live before the next frame; none is returned."""
         if extrinsics is not None:
-            self.place_sensors(extrinsics)
+            self.use_extrinsics(extrinsics)
         if shape is not None:
             self.use_shape(shape)
 
@@ -152,13 +152,13 @@ class FusionPipeline:
         """Whether a frame waits for an earlier frame of another sensor."""
         return self._preprocessor.holds_frames
 
-    def place_sensors(self, extrinsics: Extrinsics) -> None:
+    def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on.
 
-        See :meth:`Preprocessor.place_sensors`. Past instants are not estimated.
+        See :meth:`Preprocessor.use_extrinsics`. Past instants are not estimated.
         """
         self._find_delay(extrinsics.clocks)
-        self._preprocessor.place_sensors(extrinsics)
+        self._preprocessor.use_extrinsics(extrinsics)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Use known mountings; headings and other IMUs are still aligned from motion."""

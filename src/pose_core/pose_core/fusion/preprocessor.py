@@ -86,7 +86,7 @@ class Preprocessor:
         )
         self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(counters)
 
-    def place_sensors(self, extrinsics: Extrinsics) -> None:
+    def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on.
 
         The body is measured from the samples of the last half minute. Past instants are not

@@ -237,7 +237,13 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
 
 
 def best_heading(sums: FloatArray, samples_per_s: float, mounting: SensorToSegment) -> Alignment:
-    """Maximise J over the heading only, for a known mounting, in closed form."""
+    """Maximise J over the heading only, for a known mounting, in closed form.
+
+    Args:
+        sums: See :func:`accumulate`, (3, 3, 3) [s/rad²].
+        samples_per_s: Number of independent samples in a second.
+        mounting: The known mounting.
+    """
     M = mounting.R_sensor_segment
     cosine, sine = float(np.sum(M * sums[1])), float(np.sum(M * sums[2]))
     size = float(np.hypot(cosine, sine))

@@ -30,9 +30,9 @@ class ChosenPerson:
         self._everywhere: tuple[PeopleTracker, PersonChoice] | None = None
         self._by_sensor: dict[str, tuple[PeopleTracker, PersonChoice]] = {}
         if extrinsics is not None:
-            self.place_sensors(extrinsics)
+            self.use_extrinsics(extrinsics)
 
-    def place_sensors(self, extrinsics: Extrinsics) -> None:
+    def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Assign the skeletons of all sensors together from now on."""
         places = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
         self._everywhere = self._make(PeopleTracker(places, extrinsics.clocks))

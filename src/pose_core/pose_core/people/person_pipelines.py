@@ -79,14 +79,14 @@ class PersonPipelines:
         number = next((each for each in self._by_person if self.id_of(each) == body_id), None)
         return None if number is None else self._by_person[number].shape
 
-    def place_sensors(self, extrinsics: Extrinsics) -> None:
+    def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on."""
         self._extrinsics = extrinsics
         for pipeline in self:
             # The body shape of a calibration is the subject's.
             has_shape = pipeline is self.subject and self._is_given_shape_used
             own = extrinsics if has_shape else replace(extrinsics, body=None)
-            pipeline.place_sensors(own)
+            pipeline.use_extrinsics(own)
 
     def use_clocks(self, clocks: Clocks) -> None:
         """Correct later stamps by these clocks."""
@@ -178,7 +178,7 @@ class PersonPipelines:
         parameters = replace(self._parameters, subject=body_id)
         pipeline = FusionPipeline(parameters, is_live=self._is_live)
         if self._extrinsics is not None:
-            pipeline.place_sensors(replace(self._extrinsics, body=None))
+            pipeline.use_extrinsics(replace(self._extrinsics, body=None))
         return pipeline
 
     def _assign(self, number: int, pipeline: FusionPipeline) -> FusionPipeline:

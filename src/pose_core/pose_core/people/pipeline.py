@@ -35,7 +35,7 @@ class PeoplePipeline:
     Args:
         parameters: See :class:`FusionParameters`; ``person`` and ``max_people`` are used here.
         outlet: Receives a person's id and each block of their estimates, as soon as it is there.
-        extrinsics: Where the sensors are; may come later (:meth:`place_sensors`).
+        extrinsics: Where the sensors are; may come later (:meth:`use_extrinsics`).
         is_live: See :class:`FusionPipeline`.
 
     Attributes:
@@ -44,7 +44,7 @@ class PeoplePipeline:
         clocks: The clocks by which stamps are corrected.
         frames: Number of frames added.
         skeletons: Number of skeletons that were given to a person's pipeline.
-        shown: Number of frames of the subject, by sensor.
+        subject_frames: Number of frames of the subject, by sensor.
         imu_samples: Number of IMU samples added.
     """
 
@@ -61,7 +61,7 @@ class PeoplePipeline:
         self.clocks: Clocks = {}
         self.frames = 0
         self.skeletons = 0
-        self.shown: dict[str, int] = {}
+        self.subject_frames: dict[str, int] = {}
         self.imu_samples = 0
         self._counters = Counters(
             "frames_before_extrinsics",
@@ -77,7 +77,7 @@ class PeoplePipeline:
         self._held_imus: deque[tuple[int, ImuBlock]] = deque()  # with the newest frame's stamp [ns]
         self._pipelines = PersonPipelines(parameters, outlet, self._counters, is_live=is_live)
         if extrinsics is not None:
-            self.place_sensors(extrinsics)
+            self.use_extrinsics(extrinsics)
 
     @property
     def subject(self) -> FusionPipeline:
@@ -129,7 +129,7 @@ class PeoplePipeline:
         """The body shape of a person, by id; ``None`` while it is not known."""
         return self._pipelines.shape_of(body_id)
 
-    def place_sensors(self, extrinsics: Extrinsics) -> None:
+    def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on."""
         self.extrinsics, self.clocks = extrinsics, extrinsics.clocks
         known = [name for name in self.parameters.sensors if name in extrinsics.sensors]
@@ -141,7 +141,7 @@ class PeoplePipeline:
                 self._take_imus(waiting)
             else:
                 self._take_frame(waiting)
-        self._pipelines.place_sensors(extrinsics)
+        self._pipelines.use_extrinsics(extrinsics)
 
     def use_clocks(self, clocks: Clocks) -> None:
         """Correct later stamps by these clocks."""
@@ -235,7 +235,7 @@ class PeoplePipeline:
                 continue
             self.skeletons += 1
             if pipeline is self.subject:
-                self.shown[sample.sensor] = self.shown.get(sample.sensor, 0) + 1
+                self.subject_frames[sample.sensor] = self.subject_frames.get(sample.sensor, 0) + 1
             pipeline.add(sample)
             track = self._people.track(number)
             if track is not None:

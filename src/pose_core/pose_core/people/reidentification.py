@@ -112,7 +112,13 @@ class Reidentification:
         return absent_s < JUST_LEFT_S and distance_m < REACH_M + REACH_SPEED * max(absent_s, 0.0)
 
     def mark_returned(self, track: PersonTrack, joints: FloatArray, stamp_ns: int) -> None:
-        """Mark somebody as back, with doubt until their size has been compared."""
+        """Mark somebody as back, with doubt until their size has been compared.
+
+        Args:
+            track: The person.
+            joints: In the common frame, (15, 3) [m]; NaN where unknown.
+            stamp_ns: The instant [ns].
+        """
         self._counters.add("returned")
         track.presence = Presence.PRESENT
         track.update(stamp_ns, joints, restarts=True)

@@ -88,7 +88,12 @@ class PeopleTracker:
         return next((track for track in self.tracks if track.number == number), None)
 
     def place_sensors(self, T_common_sensor: Mapping[str, FloatArray], clocks: Clocks) -> None:
-        """Use these poses and clocks; if a sensor has been moved, all tracks restart."""
+        """Use these poses and clocks; if a sensor has been moved, all tracks restart.
+
+        Args:
+            T_common_sensor: (4, 4) by sensor.
+            clocks: Clocks that correct the stamps.
+        """
         known = self.T_common_sensor
         is_moved = any(
             np.abs(known[name] - T).max() > MOVED

@@ -1,4 +1,4 @@
-"""Extrinsics: poses of the sensors (li2020 (1)).
+"""Extrinsics: poses of the sensors (li2020 (1)), with the floor and body measures found with them.
 
 ``T_reference_sensor`` maps a sensor's points into the frame of the reference, which is the first
 sensor; ``T_map_reference`` maps those into ``map``.
@@ -10,9 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.body.shape import BodyShape
 from pose_core.errors import InputError
-from pose_core.session.floor_estimate import FloorEstimate
-from pose_core.session.session_body import SessionBody
 from pose_core.streams.clocks import Clock
 from pose_core.transforms import inverse
 
@@ -55,6 +54,34 @@ class BoardResiduals:
     reprojection_px: float  # [px] RMS over all corners
     rotation_stddev: float  # [rad] about the least certain axis
     position_stddev: float  # [m] along the least certain axis
+
+
+@dataclass(frozen=True, kw_only=True)
+class FloorEstimate:
+    """Pose of the reference sensor relative to the floor."""
+
+    T_map_reference: FloatArray  # (4, 4)
+    source: str  # source of the vertical
+    up_stddev: float  # [rad]
+    height_stddev: float  # [m]
+
+    @property
+    def height(self) -> float:
+        """Height of the reference sensor above the floor [m]."""
+        return float(self.T_map_reference[2, 3])
+
+    @property
+    def tilt(self) -> float:
+        """Downward tilt [rad] of the reference sensor's viewing direction."""
+        return float(-np.arcsin(np.clip(self.T_map_reference[2, 2], -1.0, 1.0)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SessionBody:
+    """A person's body measures, and the body model that they refer to."""
+
+    model: str
+    shape: BodyShape
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -56,7 +56,7 @@ def angle_series(series: SkeletonSeries) -> AngleSeries:
 
 
 def without_sideways_flexion(angles: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """The angles, with NaN for flexion where abduction exceeds 60°."""
+    """The angles [rad] by name, (n,) each, with NaN for flexion where abduction exceeds 60°."""
     result = dict(angles)
     for flexion, abduction in ABDUCTION_OF.items():
         with np.errstate(invalid="ignore"):

@@ -49,6 +49,9 @@ EVERY_OTHER = 2  # [-] IMU sample is used; 50 of 100 Hz suffice
 class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     """Passes samples to a :class:`LiveCalibration`, publishes the result and saves it.
 
+    Attributes:
+        calibration: Processes the samples.
+
     Raises:
         PoseError: If the file or a parameter is invalid.
     """
@@ -65,10 +68,10 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             known = load_extrinsics_of(self._file, parameters.sensors)
         self._kept = kept_file(self.get_fully_qualified_name(), parameters.run)
         kept = None if known is not None else load_kept(self._kept, parameters.sensors)
-        self._calibration = LiveCalibration(parameters, known or kept)
+        self.calibration = LiveCalibration(parameters, known or kept)
         if kept is not None and kept.body is None:  # not the final solution, which has a body
-            self._calibration.restart()  # these are used until better ones are found
-        self.changes["person"] = self._calibration.selector.follow
+            self.calibration.restart()  # these are used until better ones are found
+        self.changes["person"] = self.calibration.selector.choose_by
         self._counters = Counters(
             "malformed_frames", "accelerations_in_other_frames", "imu_without_orientation"
         )
@@ -96,23 +99,18 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         offer_trigger(self, "~/calibrate", self._on_calibrate)
         offer_trigger(self, "~/progress", self._on_progress)
         offer_trigger(self, "~/save", self._on_save)
-        if self._calibration.extrinsics is not None:
-            self._publish(self._calibration.extrinsics)
+        if self.calibration.extrinsics is not None:
+            self._publish(self.calibration.extrinsics)
 
     def restart_time(self) -> None:
         """Discard the samples, whose stamps will be repeated; keep the calibration."""
-        self._calibration.restart_time()
+        self.calibration.restart_time()
 
     def deactivate(self) -> None:
         """Keep the calibration."""
 
     def cleanup(self) -> None:
         """The calibration is replaced at the next configuration; its file is kept."""
-
-    @property
-    def calibration(self) -> LiveCalibration:
-        """The calibration that processes the samples."""
-        return self._calibration
 
     def _take(self) -> None:
         """Read all received messages; end if deaf."""
@@ -133,12 +131,12 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             elif persons:
                 frames.append(persons)
             else:
-                self._calibration.add(persons)  # counts them
+                self.calibration.add(persons)  # counts them
         return frames
 
     def _add(self, persons: Persons) -> None:
-        extrinsics = self._calibration.add(persons)
-        clocks = self._calibration.take_clocks()
+        extrinsics = self.calibration.add(persons)
+        clocks = self.calibration.take_clocks()
         if clocks is not None:
             self._publish_clocks(clocks)
         if extrinsics is not None:
@@ -150,14 +148,14 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     def _take_imus(self) -> None:
         taken = {s: datas[::EVERY_OTHER] for s, datas in self._imus.take().items()}
         if taken:
-            self._calibration.add_imus(read_imus(taken, self._counters))
+            self.calibration.add_imus(read_imus(taken, self._counters))
 
     def _on_acceleration(self, message: Imu) -> None:
         if message.header.frame_id != self._reference_frame:
             self._counters.add("accelerations_in_other_frames")
             return
         a = message.linear_acceleration
-        self._calibration.add_acceleration(np.array([a.x, a.y, a.z]))
+        self.calibration.add_acceleration(np.array([a.x, a.y, a.z]))
 
     def _publish(self, extrinsics: Extrinsics) -> None:
         stamp_ns = self.get_clock().now().nanoseconds
@@ -166,7 +164,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             self._extrinsics_publisher.publish(message)
         placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in extrinsics.sensors}
         self._tf_publisher.publish(to_static_tf(placed))
-        self.get_logger().info(self._calibration.status)
+        self.get_logger().info(self.calibration.status)
 
     def _publish_clocks(self, clocks: Clocks) -> None:
         # Also publish a source again that was published before and now agrees.
@@ -188,25 +186,25 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         return True
 
     def _on_calibrate(self) -> tuple[bool, str]:
-        self._calibration.restart()
+        self.calibration.restart()
         return True, "collecting again: walk about, raise the arms"
 
     def _on_progress(self) -> tuple[bool, str]:
-        calibration = self._calibration
+        calibration = self.calibration
         return calibration.is_finished, f"{calibration.progress:.0%}: {calibration.status}"
 
     def _on_save(self) -> tuple[bool, str]:
-        extrinsics = self._calibration.extrinsics
+        extrinsics = self.calibration.extrinsics
         if self._file is None:
             return False, "no file to save to: start the node with the parameter 'file'"
         if extrinsics is None:
-            return False, f"nothing to save yet: {self._calibration.status}"
+            return False, f"nothing to save yet: {self.calibration.status}"
         is_saved = self._save(self._file, extrinsics)
         return is_saved, f"saved {self._file}" if is_saved else self._trouble
 
     def report(self) -> Report:
         """Progress and accuracy of the calibration."""
-        return calibration_report(self._calibration, self._counters, self._trouble)
+        return calibration_report(self.calibration, self._counters, self._trouble)
 
 
 def load_kept(path: Path | None, sensors: Sequence[str]) -> Extrinsics | None:

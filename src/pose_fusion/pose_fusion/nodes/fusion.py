@@ -37,11 +37,11 @@ from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
-from pose_fusion.unused_sensors import unused_sensors
 from pose_io.clock_messages import clock_of
 from pose_io.names import imu_topic, skeletons_topic
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
+from pose_io.topics import unused_sensors
 from pose_node.kept import Kept, kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
@@ -126,7 +126,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         before = self.pipeline
         self._make_pipeline()
         if before.subject.extrinsics is not None:
-            self.pipeline.place_sensors(before.subject.extrinsics)
+            self.pipeline.use_extrinsics(before.subject.extrinsics)
         shape = before.shape_of(self.settings.subject)
         if shape is not None:
             self.pipeline.use_shape(shape)
@@ -143,7 +143,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         parameters, pipeline = self.settings, self.pipeline
         if parameters.extrinsics_file:
             path = Path(parameters.extrinsics_file)
-            pipeline.place_sensors(load_extrinsics_of(path, parameters.sensors))
+            pipeline.use_extrinsics(load_extrinsics_of(path, parameters.sensors))
         if self._shape_path is not None and self._shape_path.exists():
             pipeline.use_shape(load_body_shape(self._shape_path, pipeline.subject.model))
             self._publish_shapes()
@@ -237,7 +237,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._malformed.pop("/tf_static", None)
         if all(sensor in placed for sensor in self.settings.sensors):
             extrinsics = extrinsics_from_map({s: placed[s] for s in self.settings.sensors})
-            self.pipeline.place_sensors(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
+            self.pipeline.use_extrinsics(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
 
     def _on_clock(self, message: TimeReference) -> None:
         topic = f"clock_offsets/{message.source}"

@@ -1,6 +1,6 @@
 """The fusion node's report in ``/diagnostics``."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class FusionReporter:
         estimates = self._pipeline.subject.counters["estimates"]
         self._missed = 0 if estimates > self._estimates else self._missed + 1
         self._estimates = estimates
-        self._watch.check(self._pipeline.shown)
+        self._watch.check(self._pipeline.subject_frames)
         before, self._named = self._named, self._unused_sources()
         return before != self._named
 
@@ -100,43 +100,41 @@ class FusionReporter:
         malformed: Mapping[str, str],
         lost: Mapping[str, int],
         publishers: Mapping[str, int],
-    ) -> list[str]:
+    ) -> Iterator[str]:
         set_aside = {
             source: why
             if publishers.get(source, 1) < 2
             else f"{why}, and {publishers[source]} publishers send them: stop all but one"
             for source, why in self.excluded.items()
         }
-        remarks = []
         for why in dict.fromkeys(set_aside.values()):  # one remark for all sources with a reason
             named = [source for source, own in set_aside.items() if own == why]
             verb, whose = ("is", "its") if len(named) == 1 else ("are", "their")
-            remarks.append(f"{', '.join(named)} {verb} not used: {whose} {why}")
+            yield f"{', '.join(named)} {verb} not used: {whose} {why}"
         for sensor, why in self._watch.missing.items():
             if sensor not in set_aside:
-                remarks.append(f"{sensor} does not show the subject: {why}")
-        remarks += [f"{sensor}: {why}" for sensor, why in self._watch.faulty.items()]
+                yield f"{sensor} does not show the subject: {why}"
+        for sensor, why in self._watch.faulty.items():
+            yield f"{sensor}: {why}"
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
-            remarks.append(f"no samples from the IMU on {silent}: check its battery and radio")
+            yield f"no samples from the IMU on {silent}: check its battery and radio"
         if jumping := self._pipeline.subject.imus.jumping:
             what = "contradicts its gyroscope: check its strap, its segment and the device"
-            remarks.append(f"the orientation of the IMU on {', '.join(jumping)} {what}")
+            yield f"the orientation of the IMU on {', '.join(jumping)} {what}"
         faults = self._pipeline.subject.imus.contradicted_rates
         for fault in sorted(set(faults.values())):
             segments = ", ".join(segment for segment, own in faults.items() if own == fault)
-            remarks.append(f"the angular velocity of the IMU on {segments} {fault}")
-        remarks += [f"{topic} is not used: {why}" for topic, why in malformed.items()]
+            yield f"the angular velocity of the IMU on {segments} {fault}"
+        for topic, why in malformed.items():
+            yield f"{topic} is not used: {why}"
         if lost:
-            sources = ", ".join(lost)
-            remarks.append(
-                f"{sum(lost.values())} messages of {sources} were lost: the machine is too busy"
-            )
+            count, sources = sum(lost.values()), ", ".join(lost)
+            yield f"{count} messages of {sources} were lost: the machine is too busy"
         if self._pipeline.others:
-            remarks.append(f"{self._pipeline.others} more people in view, not tracked")
+            yield f"{self._pipeline.others} more people in view, not tracked"
         if unused:
-            remarks.append(f"not used: {', '.join(unused)}, add it to sensors")
-        return remarks
+            yield f"not used: {', '.join(unused)}, add it to sensors"
 
     def _values(self) -> dict[str, object]:
         pipeline, subject = self._pipeline, self._pipeline.subject

@@ -108,7 +108,7 @@ class ImuCalibrationNode(Node):
         if self.calibration is None and all(sensor in placed for sensor in sensors):
             found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
             self.extrinsics = replace(found, clocks=dict(self._clocks))
-            self._selector.place_sensors(self.extrinsics)
+            self._selector.use_extrinsics(self.extrinsics)
             self.calibration = ImuCalibration(self._settings, self.extrinsics)
             while self._waiting:
                 self.calibration.add(self._waiting.popleft())

@@ -20,12 +20,12 @@ from pose_fusion.nodes import qos
 from pose_fusion.nodes.inbox import MessageQueue, NotWoken, ignore_message
 from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.continued import ContinuedRecording
-from pose_fusion.recording.recorder_parameters import RecorderParameters
-from pose_fusion.recording.recording import (
+from pose_fusion.recording.growing_bag import (
     continued_path,
     dated_path,
     free_path,
 )
+from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_node.level import Level
 from pose_node.nodes.declaring import overrides_of
 from pose_node.nodes.diagnostics import Report

@@ -8,8 +8,8 @@ from pathlib import Path
 from rosbags.interfaces import Qos, QosDurability
 
 from pose_core.errors import PoseError
+from pose_fusion.recording.growing_bag import GrowingBag, free_path
 from pose_fusion.recording.recorder_parameters import RecorderParameters
-from pose_fusion.recording.recording import Recording, free_path
 
 RETRY_S = 2.0  # [s] after which a recording that failed is continued in a new bag
 LATCHED_KEPT = 50  # messages of a latched topic with which the next bag begins
@@ -43,9 +43,9 @@ class ContinuedRecording:
         self.bags = 1
         self._recording = self._begin(path)
 
-    def _begin(self, path: Path) -> Recording:
+    def _begin(self, path: Path) -> GrowingBag:
         self._begun_s = time.monotonic()
-        return Recording(path, self._settings.storage, least_free=self._least_free)
+        return GrowingBag(path, self._settings.storage, least_free=self._least_free)
 
     @property
     def path(self) -> Path:
@@ -63,7 +63,7 @@ class ContinuedRecording:
         return self._messages_before + self._recording.message_count
 
     def add_topic(self, topic: str, msgtype: str, offered: list[Qos]) -> None:
-        """Declare a topic, see :meth:`Recording.add_topic`."""
+        """Declare a topic, see :meth:`GrowingBag.add_topic`."""
         self._topics[topic] = (msgtype, offered)
         if any(one.durability == QosDurability.TRANSIENT_LOCAL for one in offered):
             self._latched.setdefault(topic, deque(maxlen=LATCHED_KEPT))

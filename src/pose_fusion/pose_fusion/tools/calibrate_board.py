@@ -119,7 +119,11 @@ def look_into_folders(folders: Mapping[str, Path], board: Board, progress: Progr
 
 
 def look_into_bag(path: Path, arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
-    """Find the board in a bag's images."""
+    """Find the board in a bag's images.
+
+    Raises:
+        InputError: If the bag cannot be read, or has no images of two cameras.
+    """
     intrinsics: dict[str, Camera] = {}
     with_images: set[str] = set()
     with open_bag(path) as bag:

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_fusion.recording.recording import free_path
+from pose_fusion.recording.growing_bag import free_path
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
 from pose_fusion.tools.demo_progress import watch
 from pose_fusion.tools.demo_start import Prepare, first_lead_s, ready_estimator, started_graph

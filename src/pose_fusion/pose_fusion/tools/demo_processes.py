@@ -1,4 +1,4 @@
-"""The processes of the demo: the graph and the monitor."""
+"""A launched graph as other programs see it: its processes and their ``/diagnostics``."""
 
 import json
 import re
@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,8 +22,8 @@ class GraphError(PoseError):
     """The live graph failed."""
 
 
-class Monitor:
-    """Monitors ``/diagnostics`` in another process; :attr:`nodes` is always current."""
+class DiagnosticsReader:
+    """Runs the monitor node in another process; :attr:`nodes` is always current."""
 
     def __init__(self) -> None:
         self.nodes: dict[str, NodeStatus] = {}
@@ -53,8 +53,20 @@ class Monitor:
             self.nodes = {**self.nodes, status.name: status}
 
 
+def up_command(launch_file: str, arguments: Mapping[str, str]) -> list[str | Path]:
+    """The command that starts a launch file with these arguments."""
+    words = [f"{name}:={value}" for name, value in arguments.items()]
+    return [executable("pose_launch", "up"), launch_file, *words]
+
+
+def launch(command: Sequence[str | Path], log: Path) -> "subprocess.Popen[str]":
+    """Start an :func:`up_command`; the output of all nodes goes to a file."""
+    with log.open("w") as output:
+        return start(command, stdout=output, stderr=subprocess.STDOUT)
+
+
 class LaunchedGraph:
-    """A launch file run by ``up``, from entering the ``with`` block until :meth:`stop`.
+    """A launch file run by ``up`` and watched, from entering the ``with`` block until :meth:`stop`.
 
     Args:
         launch_file: Its name or path.
@@ -63,21 +75,15 @@ class LaunchedGraph:
     """
 
     def __init__(self, launch_file: str, arguments: dict[str, str], log: Path) -> None:
-        self._command: list[str | Path] = [
-            executable("pose_launch", "up"),
-            "--keep-running",
-            launch_file,
-            *(f"{name}:={value}" for name, value in arguments.items()),
-        ]
+        self._command = [*up_command(launch_file, arguments), "--keep-running"]
         self._log = log
         self._process: subprocess.Popen[str] | None = None
-        self.monitor: Monitor | None = None
+        self.monitor: DiagnosticsReader | None = None
 
     def __enter__(self) -> "LaunchedGraph":
-        self.monitor = Monitor()
+        self.monitor = DiagnosticsReader()
         try:
-            with self._log.open("w") as output:
-                self._process = start(self._command, stdout=output, stderr=subprocess.STDOUT)
+            self._process = launch(self._command, self._log)
         except BaseException:
             self.monitor.stop()
             raise

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import LaunchedGraph, Monitor
+from pose_fusion.tools.demo_processes import DiagnosticsReader, LaunchedGraph
 
 PROCESSES = 8  # started together: launcher, bridges, devices, calibration, fusion, recorder
 WEIGHT = 3.0  # [-] start-up time of a node of the graph relative to the measured process
@@ -26,7 +26,7 @@ Prepare = Callable[[float], tuple[int, dict[str, str]]]
 def first_lead_s() -> float:
     """Expected start-up time of all processes [s], from that of one."""
     begin = time.monotonic()
-    monitor = Monitor()
+    monitor = DiagnosticsReader()
     try:
         monitor.is_ready.wait(LONGEST_LEAD_S)
         one_s = time.monotonic() - begin

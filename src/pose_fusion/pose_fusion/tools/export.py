@@ -16,7 +16,7 @@ from pose_io.export.motion import BodyMotion, read_motion
 from pose_io.export.opensim_coordinates import OPENSIM_MODELS
 from pose_io.export.registry import EXPORTERS
 from pose_node.command_line import number_within, run_tool
-from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.many import add_many_arguments, run_many
 from pose_node.plain_console import progress_bar
 
 SLOWEST, FASTEST = 1.0, 1000.0  # [Hz]
@@ -96,15 +96,9 @@ def summary(
 def run() -> int | None:
     """Run the tool; returns the exit status."""
     arguments = parse_arguments()
-    recordings = recordings_under(arguments.bag)
-    if recordings:
-        return run_many(
-            arguments.bag,
-            arguments.output,
-            recordings,
-            lambda path: path.with_suffix(f".{arguments.to}"),
-            arguments,
-        )
+    status = run_many(arguments.bag, arguments.output, arguments, f".{arguments.to}")
+    if status is not None:
+        return status
     if not arguments.output.parent.is_dir() or arguments.output.is_dir():
         raise InputError(f"cannot write {arguments.output}: expected a file in an existing folder")
     console = Console(stderr=True)

@@ -4,6 +4,7 @@ import argparse
 import gc
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from rich.console import Console
@@ -38,12 +39,12 @@ from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_fusion.tools.compiling import prepare_visibly
 from pose_io.bag_samples import BagFrames
-from pose_io.bag_writer import BagWriter
+from pose_io.bag_writer import STORAGES, BagWriter
 from pose_io.bags import BagReader, open_bag
 from pose_io.names import TF_STATIC
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
-from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.many import add_many_arguments, run_many
 from pose_node.plain_console import progress_bar
 
 UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
@@ -58,14 +59,20 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--smooth", action="store_true", help="also use later samples: the estimator 'smoothed'"
     )
-    parser.add_argument("--storage", choices=("mcap", "sqlite3"), default="mcap")
+    parser.add_argument(
+        "--storage", choices=STORAGES, default="mcap", help="of the new bag (default: mcap)"
+    )
     add_many_arguments(parser)
     add_arguments(parser.add_argument_group("parameters of the fusion"), FusionNodeParameters)
     return parser.parse_args(arguments)
 
 
 def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionNodeParameters:
-    """Parameters from the file, then from the options; the sensors, if not named, from the bag."""
+    """Parameters from the file, then from the options; the sensors, if not named, from the bag.
+
+    Raises:
+        PoseError: If one is invalid, or the bag lacks a sensor.
+    """
     values = values_from_ros_yaml(arguments.params, "fusion") if arguments.params else {}
     given = {name: getattr(arguments, name) for name in specs(FusionNodeParameters)}
     values.update({name: value for name, value in given.items() if value is not None})
@@ -189,20 +196,24 @@ def fuse(
         for line in add_all(pipeline, bag, progress, "fusing"):
             console.print(line)
         if not pipeline.estimates:
-            if parameters.estimator == "imu" and not pipeline.imu_samples:
-                raise InputError(
-                    f"{bag.path} holds no IMU's orientations (imu_<segment>/data), which the "
-                    "estimator imu needs: use default"
-                )
-            raise InputError(
-                f"{bag.path} gave no pose in {pipeline.subject.counters['frames']} frames "
-                f"({pipeline.status}): the sensors must see the whole person for "
-                f"{parameters.shape_duration:g} s"
-            )
+            raise InputError(f"{bag.path} {_reason_for_no_pose(pipeline)}")
         path, shape = Path(parameters.shape_file), pipeline.subject.shape
         if parameters.shape_file and shape is not None and not path.exists():
             save_body_shape(path, pipeline.subject.model, shape, parameters.subject)
     return pipeline
+
+
+def _reason_for_no_pose(pipeline: PeoplePipeline) -> str:
+    parameters = pipeline.parameters
+    if parameters.estimator == "imu" and not pipeline.imu_samples:
+        return (
+            "holds no IMU's orientations (imu_<segment>/data), which the estimator imu needs: "
+            "use default"
+        )
+    return (
+        f"gave no pose in {pipeline.subject.counters['frames']} frames ({pipeline.status}): the "
+        f"sensors must see the whole person for {parameters.shape_duration:g} s"
+    )
 
 
 def add_all(
@@ -223,7 +234,7 @@ def add_all(
     for each in frames:
         pipeline.add(each)
         if history is not None:
-            history.follow(pipeline.subject)
+            history.note(pipeline.subject)
     pipeline.flush()
     return frames.left_out
 
@@ -287,15 +298,9 @@ def body_lines(shape: BodyShape | None) -> Iterator[str]:
 def run() -> int | None:
     """The tool; returns the exit status."""
     arguments = parse_arguments()
-    recordings = recordings_under(arguments.in_bag)
-    if recordings:
-        return run_many(
-            arguments.in_bag,
-            arguments.out_bag,
-            recordings,
-            lambda path: path.with_suffix(""),
-            arguments,
-        )
+    status = run_many(arguments.in_bag, arguments.out_bag, arguments)
+    if status is not None:
+        return status
     console = Console(stderr=True)
     with open_bag(arguments.in_bag) as bag:
         parameters = read_parameters(arguments, bag)
@@ -312,18 +317,17 @@ def run() -> int | None:
         f"{arguments.out_bag}: {sum(pipeline.estimates.values())} estimates from "
         f"{pipeline.skeletons} skeletons and {pipeline.imu_samples} IMU samples"
     )
-    for line in people_lines(pipeline):
+    subject = pipeline.subject
+    lines = (
+        people_lines(pipeline),
+        fault_lines(subject.counters.as_dict()),
+        body_lines(subject.shape),
+        delay_lines(pipeline),
+        (f"  IMU {segment}: not used, use_imus is false: set it to true" for segment in unread),
+        (f"  IMU {use}" for use in subject.imu_uses),
+    )
+    for line in chain.from_iterable(lines):
         print(line)
-    for line in fault_lines(pipeline.subject.counters.as_dict()):
-        print(line)
-    for line in body_lines(pipeline.subject.shape):
-        print(line)
-    for line in delay_lines(pipeline):
-        print(line)
-    for segment in unread:
-        print(f"  IMU {segment}: not used, use_imus is false: set it to true")
-    for use in pipeline.subject.imu_uses:
-        print(f"  IMU {use}")
     return None
 
 

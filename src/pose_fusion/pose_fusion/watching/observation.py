@@ -13,6 +13,9 @@ from pose_core.stamps import NS_PER_S
 from pose_node.node_status import NodeStatus
 
 WINDOW_S = 5.0  # [s] what rates, latencies and shares are taken over
+GAP_WINDOW_S = 60.0  # [s] over which gaps are counted
+GAP_PERIODS = 2.5  # [median periods] shortest gap
+SHORTEST_GAP_S = 0.1  # [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +26,8 @@ class TopicStatus:
     rate: float  # [Hz]
     age_s: float | None  # [s] since the last message; None: there was none
     latency_s: float | None  # [s] median from a message's stamp to its arrival here
+    gaps: int = 0  # [-] between stamps, in the last minute
+    longest_gap_s: float = 0.0  # [s] of them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,44 +44,64 @@ class GraphSnapshot:
 
 
 class TopicWatch:
-    """Counts one topic's messages."""
+    """Watches the messages of one topic.
 
-    def __init__(self, name: str) -> None:
+    Args:
+        name: The topic's name.
+        window_s: Time over which rate and latency are averaged [s].
+    """
+
+    def __init__(self, name: str, window_s: float = WINDOW_S) -> None:
         self.name = name
-        self._arrivals: deque[tuple[int, float]] = deque()  # [ns], latency [s]
-        self._last_ns: int | None = None
+        self._window_ns = round(window_s * NS_PER_S)
+        self._arrivals: deque[tuple[int, int | None]] = deque()  # [ns] arrival, stamp
+        self._gaps: deque[tuple[int, float]] = deque()  # [ns] arrival, [s]
 
     def add(self, now_ns: int, stamp_ns: int | None) -> None:
         """Note a message that has just come, stamped with ``stamp_ns`` if it has a header."""
-        latency_s = float("nan") if stamp_ns is None else (now_ns - stamp_ns) / NS_PER_S
-        self._arrivals.append((now_ns, latency_s))
-        self._last_ns = now_ns
+        last_ns = self._arrivals[-1][1] if self._arrivals else None
+        if stamp_ns is not None and last_ns is not None:
+            gap_s = (stamp_ns - last_ns) / NS_PER_S
+            if gap_s > SHORTEST_GAP_S and gap_s > GAP_PERIODS * self._period_s():
+                self._gaps.append((now_ns, gap_s))
+        self._arrivals.append((now_ns, stamp_ns))
         self._forget(now_ns)
 
     def status(self, now_ns: int) -> TopicStatus:
         """The topic's state now."""
         self._forget(now_ns)
-        latencies = np.array([latency for _, latency in self._arrivals])
-        latencies = latencies[np.isfinite(latencies)]
-        age_s = None if self._last_ns is None else (now_ns - self._last_ns) / NS_PER_S
+        latencies_ns = [
+            at_ns - stamp_ns
+            for at_ns, stamp_ns in self._arrivals
+            if stamp_ns is not None and now_ns - at_ns <= self._window_ns
+        ]
         return TopicStatus(
             name=self.name,
             rate=self._rate(now_ns),
-            age_s=age_s,
-            latency_s=float(np.median(latencies)) if len(latencies) else None,
+            age_s=(now_ns - self._arrivals[-1][0]) / NS_PER_S if self._arrivals else None,
+            latency_s=float(np.median(latencies_ns)) / NS_PER_S if latencies_ns else None,
+            gaps=len(self._gaps),
+            longest_gap_s=max((gap_s for _, gap_s in self._gaps), default=0.0),
         )
 
     def _rate(self, now_ns: int) -> float:
         """Messages a second, over the window or since the first one."""
         if len(self._arrivals) < 2:
             return 0.0
-        since_ns = max(now_ns - round(WINDOW_S * NS_PER_S), self._arrivals[0][0])
-        span_s = (now_ns - since_ns) / NS_PER_S
+        span_s = (now_ns - self._arrivals[0][0]) / NS_PER_S
         return (len(self._arrivals) - 1) / span_s if span_s > 0.0 else 0.0
 
+    def _period_s(self) -> float:
+        """Median time between two stamps [s]; 0 if it is unknown."""
+        stamps_ns = [stamp_ns for _, stamp_ns in self._arrivals if stamp_ns is not None]
+        return float(np.median(np.diff(stamps_ns))) / NS_PER_S if len(stamps_ns) > 2 else 0.0
+
     def _forget(self, now_ns: int) -> None:
-        while self._arrivals and now_ns - self._arrivals[0][0] > WINDOW_S * NS_PER_S:
+        """Drop old arrivals and gaps; the last arrival is kept."""
+        while len(self._arrivals) > 1 and now_ns - self._arrivals[0][0] > self._window_ns:
             self._arrivals.popleft()
+        while self._gaps and now_ns - self._gaps[0][0] > GAP_WINDOW_S * NS_PER_S:
+            self._gaps.popleft()
 
 
 class TrackingWatch:

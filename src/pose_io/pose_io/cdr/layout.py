@@ -19,6 +19,9 @@ class Walker:
     Args:
         data: The message's bytes.
         what: The message's type, for errors.
+
+    Raises:
+        InputError: If there are too few bytes for any message.
     """
 
     def __init__(self, data: bytes, what: str) -> None:
@@ -32,7 +35,11 @@ class Walker:
         self.fixed = np.zeros(len(self._body), np.bool_)  # bytes of strings and lengths
 
     def skip(self, size: int, count: int = 1) -> int:
-        """Skip numbers of ``size`` bytes; returns the offset of the first."""
+        """Skip numbers of ``size`` bytes; returns the offset of the first.
+
+        Raises:
+            InputError: If the message ends before.
+        """
         start = self.at + -self.at % size if count else self.at
         self.at = start + size * count
         if self.at > len(self._body):
@@ -49,7 +56,11 @@ class Walker:
         return int(value)
 
     def string(self) -> str:
-        """Read a string."""
+        """Read a string.
+
+        Raises:
+            InputError: If it is not UTF-8, or the message ends before.
+        """
         size = self.length()
         start = self.skip(1, size)
         self.fixed[start : self.at] = True

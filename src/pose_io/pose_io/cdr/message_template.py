@@ -32,6 +32,9 @@ class MessageTemplate:
     Args:
         message: A rosbags message; its strings and the lengths of its sequences are kept.
         typestore: Definitions of the messages.
+
+    Raises:
+        ValueError: If rosbags lays the message out in another way.
     """
 
     def __init__(self, message: Any, typestore: Typestore) -> None:

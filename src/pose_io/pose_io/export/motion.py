@@ -258,6 +258,9 @@ def measure_offsets(model: BodyModel, dof: FloatArray, joints: FloatArray) -> Fl
         model: The body model, which gives the link of each joint.
         dof: Degrees of freedom, shape (n, d).
         joints: Positions [m] in map, shape (n, 15, 3).
+
+    Raises:
+        InputError: If a joint is never known.
     """
     rotations = ForwardKinematics(model, np.zeros((len(JOINTS), 3))).pose(dof).rotations
     offsets = np.zeros((len(JOINTS), 3))

@@ -75,5 +75,5 @@ def numbers_of(path: Path, line: int, cells: list[str]) -> list[float]:
 
 
 def padded_table(rows: Sequence[Sequence[float]], width: int) -> FloatArray:
-    """Rows cut or filled with NaN to a width: hidden markers at their end are often left out."""
+    """Rows cut or filled with NaN to shape (n, width): hidden markers are often left out there."""
     return np.array([[*row[:width], *[np.nan] * (width - len(row))] for row in rows])

@@ -84,7 +84,7 @@ def run() -> None:
     print(
         f"{arguments.output}: {session.duration:g} s, "
         + ", ".join(f"{count} frames of kinect_{name}" for name, count in frames.items())
-        + f", {len(session.imus.due_ns)} of {len(session.alignments)} IMU nodes"
+        + f", {len(session.imus.due_ns)} of {len(session.nodes)} IMU nodes"
     )
 
 

@@ -11,13 +11,13 @@ from tf2_msgs.msg import TFMessage
 
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S, nanoseconds
+from pose_node.conversions import to_header
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
-from pose_teleop.conversions import header
 from pose_teleop.human_model import HumanAngles, human_urdf, joint_offsets
 from pose_teleop.nodes.bodies import LATCHED, NEWEST, body_topic
 from pose_teleop.parameters import HriParameters
@@ -69,7 +69,7 @@ class HriNode(Node):
         body = self._settings.id
         self._states.publish(
             JointState(
-                header=header(nanoseconds(message.header.stamp), f"body_{body}"),
+                header=to_header(nanoseconds(message.header.stamp), f"body_{body}"),
                 name=[f"{name}_{body}" for name in found],
                 position=list(found.values()),
             )
@@ -101,7 +101,7 @@ class HriNode(Node):
         tracked = (self._settings.id,) if is_there else ()
         if tracked != self._announced:
             self._announced = tracked
-            self._tracked.publish(self._ids(header=header(now_ns), ids=list(tracked)))
+            self._tracked.publish(self._ids(header=to_header(now_ns), ids=list(tracked)))
 
     def _report(self) -> Report:
         tracked = bool(self._announced)

@@ -12,7 +12,7 @@ from pose_evaluation.agreement import (
 )
 from pose_evaluation.gait_cycles import CycleCurve, Cycles, cycle_curves, find_cycles
 from pose_evaluation.range_of_motion import AngleRange, ranges_of_motion
-from pose_evaluation.reference_alignment import Alignment, align_reference
+from pose_evaluation.reference_alignment import ReferenceAlignment, align_reference
 from pose_evaluation.scores import (
     MIN_OVERLAP_S,
     Evaluation,
@@ -22,7 +22,7 @@ from pose_evaluation.scores import (
 )
 from pose_evaluation.uncertainty import Coverage, uncertainty_coverage
 from pose_io.references.reference import Reference
-from pose_view.report.recording import Recording
+from pose_view.report.report_data import ReportData
 
 REFERENCE = "reference"
 LARGE_SHARE = 0.8  # [-] coverage of the recording required to align the reference
@@ -34,7 +34,7 @@ class Compared:
     """Comparison of a recording with its reference."""
 
     reference: Reference  # on the recording's clock
-    alignment: Alignment
+    alignment: ReferenceAlignment
     aligned_with: str  # the method it was aligned with
     left_out: tuple[str, ...]  # methods with too little overlap with the reference
     evaluation: Evaluation
@@ -46,7 +46,7 @@ class Compared:
 class Analysis:
     """Content of the report."""
 
-    recording: Recording
+    recording: ReportData
     angles: Mapping[str, AngleSeries]  # by method, and the reference's
     compared: Compared | None  # None without a reference
     agreement: Agreement  # of the sensors
@@ -63,7 +63,7 @@ class Analysis:
         return self.recording.is_synthetic or of_reference
 
 
-def analyse(recording: Recording, reference: Reference | None) -> Analysis:
+def analyse(recording: ReportData, reference: Reference | None) -> Analysis:
     """Compute the figures of a recording, with a reference if there is one.
 
     Raises:
@@ -92,7 +92,7 @@ def analyse(recording: Recording, reference: Reference | None) -> Analysis:
     )
 
 
-def compare(recording: Recording, reference: Reference) -> Compared:
+def compare(recording: ReportData, reference: Reference) -> Compared:
     """Compare methods with a reference; those with too little overlap are left out.
 
     Raises:
@@ -122,7 +122,7 @@ def compare(recording: Recording, reference: Reference) -> Compared:
     )
 
 
-def _aligning_method(recording: Recording) -> str:
+def _aligning_method(recording: ReportData) -> str:
     """The focus; if it started late, the first method that covers most of the recording."""
     whole_s = max(series.duration_s for series in recording.methods.values())
     names = [recording.focus, *recording.methods]
@@ -130,7 +130,7 @@ def _aligning_method(recording: Recording) -> str:
 
 
 def _long_enough(
-    recording: Recording, reference: Reference
+    recording: ReportData, reference: Reference
 ) -> tuple[dict[str, SkeletonSeries], tuple[str, ...]]:
     """The methods whose overlap with the reference is at least half of the longest one."""
     begin_ns, end_ns = int(reference.stamps_ns[0]), int(reference.stamps_ns[-1])
@@ -144,7 +144,7 @@ def _long_enough(
     return kept or dict(recording.methods), tuple(n for n in overlap_s if kept and n not in kept)
 
 
-def _joints_in_map(recording: Recording, reference: Reference) -> SkeletonSeries | None:
+def _joints_in_map(recording: ReportData, reference: Reference) -> SkeletonSeries | None:
     focus = recording.in_map(recording.focus)
     if reference.skeleton is None or focus is None:
         return None

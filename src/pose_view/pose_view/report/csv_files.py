@@ -10,7 +10,7 @@ from pose_evaluation.gait_cycles import PERCENT
 from pose_evaluation.tables import agreement_csv, csv_text, evaluation_csv
 from pose_evaluation.uncertainty import Coverage
 from pose_view.report.analysis import Analysis
-from pose_view.report.recording import seconds
+from pose_view.report.report_data import seconds
 
 
 def csv_files(analysis: Analysis) -> dict[str, str]:

@@ -14,10 +14,10 @@ from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference
 from pose_node.command_line import run_tool
-from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.many import add_many_arguments, run_many
 from pose_node.plain_console import progress_bar
 from pose_view.report.analysis import Analysis, analyse
-from pose_view.report.recording import Wanted, read_recording
+from pose_view.report.report_data import Wanted, read_report_data
 
 PAGE = "report.html"
 
@@ -115,13 +115,9 @@ def write_report(analysis: Analysis, joint: str, folder: Path) -> list[Path]:
 def run() -> int | None:
     """The tool; returns the exit status."""
     options = make_parser().parse_args()
-    recordings = recordings_under(options.bag)
-    if recordings:
-        if options.output is None:
-            raise InputError(f"{options.bag} is a folder of bags: name one for the reports by -o")
-        return run_many(
-            options.bag, options.output, recordings, lambda path: path.with_suffix(""), options
-        )
+    status = run_many(options.bag, options.output, options)
+    if status is not None:
+        return status
     folder = options.output or options.bag.with_name(f"{options.bag.name}-report")
     if folder.exists():
         raise InputError(f"{folder} exists already: name another folder, or remove it first")
@@ -147,7 +143,7 @@ def run() -> int | None:
         def show(share: float) -> None:
             progress.update(task, description="estimating", total=1.0, completed=share)
 
-        recording = read_recording(bag, wanted, placed, show)
+        recording = read_report_data(bag, wanted, placed, show)
     with console.status("measuring and drawing"):
         analysis = analyse(recording, reference)
         files = write_report(analysis, options.joint, folder)

@@ -68,9 +68,8 @@ def compute_bodies(
     parameters: FusionParameters,
     extrinsics: Extrinsics,
     progress: Callable[[float], None],
-    note: Callable[[Sequence[str]], None] = lambda _: None,
-) -> dict[str, list[BodySnapshot]]:
-    """Run the fusion over a bag; returns snapshots by body.
+) -> tuple[dict[str, list[BodySnapshot]], Sequence[str]]:
+    """Run the fusion over a bag.
 
     Args:
         bag: An open bag.
@@ -78,7 +77,9 @@ def compute_bodies(
         parameters: Parameters of the fusion.
         extrinsics: The sensors' poses.
         progress: Called with the fraction done, 0 to 1.
-        note: Called with lines about samples that were left out.
+
+    Returns:
+        Snapshots by body, and lines about samples that were left out.
 
     Raises:
         PoseError: If the fusion fails.
@@ -93,10 +94,9 @@ def compute_bodies(
     for each in frames:
         pipeline.add(each)
     pipeline.flush()
-    note(frames.left_out)
     if not bodies:
         raise PoseError(pipeline.status)
-    return bodies
+    return bodies, frames.left_out
 
 
 def main() -> None:
@@ -167,18 +167,13 @@ def read(
         for body, kind in missing.items():
             people = max_people if kind == FUSED else 1
             chosen = replace(fusion, subject=body, max_people=people)
+            show = task(f"computing {body}")
             try:
-                computed = compute_bodies(
-                    bag,
-                    kind,
-                    chosen,
-                    extrinsics,
-                    task(f"computing {body}"),
-                    lambda lines: noted.update(dict.fromkeys(lines)),
-                )
+                computed, left_out = compute_bodies(bag, kind, chosen, extrinsics, show)
             except PoseError as error:
                 print(f"without {body}: {error}", file=sys.stderr)
                 continue
+            noted |= dict.fromkeys(left_out)
             for found, snapshots in computed.items():
                 recorded.add_body(found, snapshots)
         for line in noted:

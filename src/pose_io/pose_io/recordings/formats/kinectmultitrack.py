@@ -13,7 +13,7 @@ import numpy as np
 
 from pose_core.joints import TrackingState
 from pose_io.recordings.formats.format import Format
-from pose_io.recordings.formats.table import Table, read_table
+from pose_io.recordings.formats.table import CsvTable, read_table
 from pose_io.recordings.joint_map_files import shipped_joint_map
 from pose_io.recordings.recording import Recording, SensorStream, make_recording, make_stream
 
@@ -52,7 +52,7 @@ def read(path: Path) -> Recording:
 
 
 def _stream(
-    table: Table, name: str, rows: list[int], used: list[int], joints: list[int]
+    table: CsvTable, name: str, rows: list[int], used: list[int], joints: list[int]
 ) -> SensorStream:
     host, sensor, _, person = used
     numbers = np.array([table.numbers(row, joints) for row in rows])

@@ -13,7 +13,7 @@ from pose_core.errors import writing
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.recordings.formats.format import Format
-from pose_io.recordings.formats.table import Table, read_table
+from pose_io.recordings.formats.table import CsvTable, read_table
 from pose_io.recordings.joint_maps import StateArray
 from pose_io.recordings.recording import Recording, SensorStream, make_recording, make_stream
 
@@ -43,10 +43,10 @@ def read(path: Path) -> Recording:
     )
 
 
-def _time_zero_ns(table: Table) -> int | None:
+def _time_zero_ns(table: CsvTable) -> int | None:
     for number, text in enumerate(table.comments, start=1):
         if text.startswith(TIME_ZERO):
-            comment = Table(
+            comment = CsvTable(
                 path=table.path,
                 comments=(),
                 header=("# " + TIME_ZERO,),
@@ -58,7 +58,7 @@ def _time_zero_ns(table: Table) -> int | None:
     return None
 
 
-def _stream(table: Table, name: str, rows: list[int]) -> SensorStream:
+def _stream(table: CsvTable, name: str, rows: list[int]) -> SensorStream:
     host, person = table.columns(["host_time_s", "person"])
     positions = table.columns(POSITION_COLUMNS)
     states = table.columns(STATE_COLUMNS)
@@ -72,7 +72,7 @@ def _stream(table: Table, name: str, rows: list[int]) -> SensorStream:
     )
 
 
-def _sensor_times_ns(table: Table, rows: list[int]) -> list[int] | None:
+def _sensor_times_ns(table: CsvTable, rows: list[int]) -> list[int] | None:
     """The sensor's own clock, or None if its cells are empty."""
     if "sensor_time_s" not in table.header:
         return None
@@ -86,14 +86,14 @@ def _sensor_times_ns(table: Table, rows: list[int]) -> list[int] | None:
     return [table.time_ns(row, column, NS_PER_S) for row in rows]
 
 
-def _person(table: Table, row: int, column: int, joint_columns: Sequence[int]) -> str:
+def _person(table: CsvTable, row: int, column: int, joint_columns: Sequence[int]) -> str:
     person = table.rows[row][column].strip()
     if not person and any(table.rows[row][c].strip() not in ("", "0") for c in joint_columns):
         raise table.bad_cell(row, column, "a person's id, as the row has joints")
     return person
 
 
-def _states(table: Table, row: int, columns: Sequence[int]) -> list[float]:
+def _states(table: CsvTable, row: int, columns: Sequence[int]) -> list[float]:
     """The states of a row; an empty cell is NOT_TRACKED."""
     states = [0.0 if state != state else state for state in table.numbers(row, columns)]
     for column, state in zip(columns, states, strict=True):

@@ -20,7 +20,7 @@ MAX_NS = 2**62  # [ns] about 146 years around any epoch
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table:
+class CsvTable:
     """The rows of a file under its header."""
 
     path: Path
@@ -117,7 +117,7 @@ def read_header(path: Path) -> tuple[str, ...]:
         return _head(stream, path).header
 
 
-def read_table(path: Path, delimiter: str = ",") -> Table:
+def read_table(path: Path, delimiter: str = ",") -> CsvTable:
     """Read a whole table.
 
     Raises:
@@ -141,7 +141,7 @@ def read_table(path: Path, delimiter: str = ",") -> Table:
     return table
 
 
-def _head(stream: TextIO, path: Path, delimiter: str = ",") -> Table:
+def _head(stream: TextIO, path: Path, delimiter: str = ",") -> CsvTable:
     """Read the comments and the header; the stream's position is then the first row."""
     comments = []
     for number, line in enumerate(iter(stream.readline, ""), start=1):
@@ -149,7 +149,7 @@ def _head(stream: TextIO, path: Path, delimiter: str = ",") -> Table:
             comments.append(line.lstrip("#").strip())
         elif line.strip():
             cells = next(csv.reader([line], delimiter=delimiter, **DIALECT))
-            return Table(
+            return CsvTable(
                 path=path,
                 comments=tuple(comments),
                 header=tuple(cell.strip() for cell in cells),

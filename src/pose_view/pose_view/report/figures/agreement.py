@@ -27,7 +27,7 @@ from pose_view.report.figures.canvas import (
     svg,
     without_wraps,
 )
-from pose_view.report.recording import seconds
+from pose_view.report.report_data import seconds
 
 MOST_DOTS = 400  # largest number of dots in a plot
 SOURCE_COLOURS = {

@@ -27,7 +27,7 @@ from pose_view.report.figures.canvas import (
     svg,
     without_wraps,
 )
-from pose_view.report.recording import seconds
+from pose_view.report.report_data import seconds
 
 TIME = "time [s]"
 ROLE_COLOURS = {"Kinect": "#56B4E9", "IMU": "#117733", "fused": "#D55E00", REFERENCE: "#000000"}

@@ -18,8 +18,8 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import Reader
 
 from pose_core.errors import InputError
-from pose_fusion.recording import recording
-from pose_fusion.recording.recording import Recording, RecordingError
+from pose_fusion.recording import growing_bag
+from pose_fusion.recording.growing_bag import GrowingBag, RecordingError
 from pose_io.bags import open_bag
 from pose_io.typestore import make_typestore
 
@@ -49,7 +49,7 @@ def data():
 
 
 def start(path, storage="mcap", **options):
-    recording = Recording(path, storage, **options)
+    recording = GrowingBag(path, storage, **options)
     recording.add_topic("/greeting", "std_msgs/msg/String", [LATCHED])
     return recording
 
@@ -72,7 +72,7 @@ def test_a_bag_holds_the_original_bytes_and_stamps(tmp_path, data, storage):
 
 @pytest.mark.parametrize("storage", STORAGES)
 def test_a_bag_contains_its_message_definitions_and_qos(tmp_path, storage):
-    recording = Recording(tmp_path / "bag", storage)
+    recording = GrowingBag(tmp_path / "bag", storage)
     recording.add_topic("/kinect_left/skeletons", "pose_msgs/msg/SkeletonArray", [LATCHED])
     store = make_typestore()
     array = store.types["pose_msgs/msg/SkeletonArray"]
@@ -126,14 +126,14 @@ def test_an_empty_recording_leaves_no_file(tmp_path):
 
 def test_an_existing_folder_is_refused(tmp_path):
     with pytest.raises(InputError, match="exists already"):
-        Recording(tmp_path)
+        GrowingBag(tmp_path)
 
 
 def test_a_folder_that_cannot_be_created_is_refused(tmp_path):
     (tmp_path / "file").touch()
 
     with pytest.raises(InputError, match="cannot write"):
-        Recording(tmp_path / "file" / "bag")
+        GrowingBag(tmp_path / "file" / "bag")
 
 
 @pytest.mark.parametrize(
@@ -153,14 +153,14 @@ def test_a_disk_without_room_for_a_bag_s_beginning_is_one_line_and_leaves_nothin
         (path / "part").touch()
         raise error
 
-    monkeypatch.setattr(recording.Writer, "open", refuse)
+    monkeypatch.setattr(growing_bag.Writer, "open", refuse)
     with pytest.raises(InputError, match=r"cannot write .*bag: (No space|database or disk)"):
-        Recording(path, storage)
+        GrowingBag(path, storage)
     assert not path.exists()
 
 
 def test_an_unknown_type_is_refused(tmp_path):
-    recording = Recording(tmp_path / "bag")
+    recording = GrowingBag(tmp_path / "bag")
 
     with pytest.raises(InputError, match="no_such_msgs"):
         recording.add_topic("/x", "no_such_msgs/msg/Thing", [])

@@ -1,4 +1,4 @@
-from pose_fusion.unused_sensors import unused_sensors
+from pose_io.topics import unused_sensors
 
 ARRAY = ["pose_msgs/msg/SkeletonArray"]
 

@@ -27,7 +27,11 @@ MOST_PENDING = 1 << 19  # [bytes] below the size at which rosbags completes a ch
 
 
 def free_path(path: Path) -> Path:
-    """The path itself, or with the first of -2, -3, … that does not exist yet."""
+    """The path itself, or with the first of -2, -3, … that does not exist yet.
+
+    Raises:
+        InputError: If the path has no name, such as ``.``.
+    """
     if not path.name:
         raise InputError(f"{path} exists already: name a folder to be made")
     candidate, number = path, 1
@@ -46,6 +50,9 @@ def continued_path(path: Path) -> Path:
     """The path itself, or a free one beside it if a recorder was killed in its midst.
 
     Only the last bag of a series is checked: those before it were completed before it.
+
+    Raises:
+        InputError: If the path has no name, such as ``.``.
     """
     if not path.name:
         raise InputError(f"{path} exists already: name a folder to be made")
@@ -66,7 +73,7 @@ class RecordingError(PoseError):
     """The recording had to end: the disk is full, or cannot be written."""
 
 
-class Recording:
+class GrowingBag:
     """A growing bag.
 
     Args:

@@ -25,7 +25,7 @@ from pose_view.report.figures.courses import (
     joint_figures,
 )
 from pose_view.report.page.page import facts, notes, render_page
-from pose_view.report.recording import Wanted, preferred, read_recording
+from pose_view.report.report_data import Wanted, preferred, read_report_data
 
 
 def seen_by(sensor, **kind):
@@ -48,7 +48,7 @@ def read(path, *methods, extrinsics=None, **wanted):
 
     with open_bag(path) as bag:
         asked = Wanted(name="walk", methods=methods, **wanted)
-        return read_recording(bag, asked, placed, lambda share: None)
+        return read_report_data(bag, asked, placed, lambda share: None)
 
 
 @pytest.fixture

@@ -29,7 +29,7 @@ FindExtrinsics = Callable[[BagReader, tuple[str, ...]], Extrinsics]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Recording:
+class ReportData:
     """Content of a bag for the report."""
 
     name: str
@@ -75,12 +75,12 @@ class Wanted:
     until_s: float = math.inf  # [s]
 
 
-def read_recording(
+def read_report_data(
     bag: BagReader,
     wanted: Wanted,
     find_extrinsics: FindExtrinsics,
     progress: Callable[[float], None],
-) -> Recording:
+) -> ReportData:
     """Read a bag, and run the estimators over it.
 
     Args:
@@ -101,7 +101,7 @@ def read_recording(
             f"no person is seen from {wanted.from_s:g} to {wanted.until_s:g} s of the recording"
         )
     begin_ns, end_ns = _span(methods)
-    return Recording(
+    return ReportData(
         name=wanted.name,
         begin_ns=begin_ns,
         duration_s=(end_ns - begin_ns) * 1e-9,
