@@ -16,7 +16,7 @@ from pose_io.export.motion import BodyMotion, read_motion
 from pose_io.export.opensim_coordinates import OPENSIM_MODELS
 from pose_io.export.registry import EXPORTERS
 from pose_node.command_line import number_within, run_tool
-from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.many import add_many_arguments, recordings_under, run_many, without_suffix
 from pose_node.plain_console import progress_bar
 
 SLOWEST, FASTEST = 1.0, 1000.0  # [Hz]
@@ -102,7 +102,7 @@ def run() -> int | None:
             arguments.bag,
             arguments.output,
             recordings,
-            lambda path: path.with_suffix(f".{arguments.to}"),
+            lambda path: Path(f"{without_suffix(path)}.{arguments.to}"),
             arguments,
         )
     if not arguments.output.parent.is_dir() or arguments.output.is_dir():

@@ -43,7 +43,7 @@ from pose_io.bags import BagReader, open_bag
 from pose_io.names import TF_STATIC
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
-from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.many import add_many_arguments, recordings_under, run_many, without_suffix
 from pose_node.plain_console import progress_bar
 
 UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
@@ -52,7 +52,7 @@ UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="pose fuse", description=__doc__)
-    parser.add_argument("in_bag", type=Path, help="a bag, a recording, or a folder of bags")
+    parser.add_argument("in_bag", type=Path, help="a bag, a recording, or a folder of either")
     parser.add_argument("out_bag", type=Path, help="the bag to make; of many, their folder")
     parser.add_argument("--params", type=Path, help="ROS parameter file, section 'fusion'")
     parser.add_argument(
@@ -289,13 +289,7 @@ def run() -> int | None:
     arguments = parse_arguments()
     recordings = recordings_under(arguments.in_bag)
     if recordings:
-        return run_many(
-            arguments.in_bag,
-            arguments.out_bag,
-            recordings,
-            lambda path: path.with_suffix(""),
-            arguments,
-        )
+        return run_many(arguments.in_bag, arguments.out_bag, recordings, without_suffix, arguments)
     console = Console(stderr=True)
     with open_bag(arguments.in_bag) as bag:
         parameters = read_parameters(arguments, bag)

@@ -14,7 +14,7 @@ from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference
 from pose_node.command_line import run_tool
-from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.many import add_many_arguments, recordings_under, run_many, without_suffix
 from pose_node.plain_console import progress_bar
 from pose_view.report.analysis import Analysis, analyse
 from pose_view.report.recording import Wanted, read_recording
@@ -33,7 +33,9 @@ def make_parser() -> argparse.ArgumentParser:
         epilog="References: docs/references.md says which files, labels and signs are understood.",
     )
     parser.add_argument(
-        "bag", type=Path, help="a bag with kinect_<name>/skeletons, or a folder of bags"
+        "bag",
+        type=Path,
+        help="a bag with kinect_<name>/skeletons, a recording, or a folder of either",
     )
     parser.add_argument(
         "--reference",
@@ -118,10 +120,10 @@ def run() -> int | None:
     recordings = recordings_under(options.bag)
     if recordings:
         if options.output is None:
-            raise InputError(f"{options.bag} is a folder of bags: name one for the reports by -o")
-        return run_many(
-            options.bag, options.output, recordings, lambda path: path.with_suffix(""), options
-        )
+            raise InputError(
+                f"{options.bag} is a folder of recordings: name one for the reports by -o"
+            )
+        return run_many(options.bag, options.output, recordings, without_suffix, options)
     folder = options.output or options.bag.with_name(f"{options.bag.name}-report")
     if folder.exists():
         raise InputError(f"{folder} exists already: name another folder, or remove it first")
