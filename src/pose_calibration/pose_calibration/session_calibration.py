@@ -11,6 +11,7 @@ import numpy as np
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_calibration.extrinsics.mirrored import refuse_mirrored
 from pose_calibration.extrinsics.moved_sensors import (
     Displaced,
     MovedDuring,
@@ -29,8 +30,10 @@ from pose_core.api import (
     Clocks,
     Extrinsics,
     ImuBlock,
+    ImuSample,
     SkeletonSample,
     TimeAligner,
+    block_of,
     on_reference_clock,
 )
 from pose_core.errors import InputError
@@ -62,7 +65,7 @@ class SessionCalibration:
 
 
 def calibrate(
-    samples: Iterable[SkeletonSample | ImuBlock],
+    samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
     sensors: Sequence[str],
     parameters: CalibrationParameters | None = None,
 ) -> SessionCalibration:
@@ -79,6 +82,7 @@ def calibrate(
         CalibrationError: If the recording does not determine it; the message says why.
     """
     by_sensor, memory = _sorted(samples, sensors)
+    refuse_mirrored(by_sensor)
     offsets, clocks = _clock_offsets(by_sensor, sensors)
     frames = _aligned(by_sensor, clocks)
     calibrator = ExtrinsicsCalibrator(sensors, parameters)
@@ -284,13 +288,15 @@ def _candidates(
 
 
 def _sorted(
-    samples: Iterable[SkeletonSample | ImuBlock], sensors: Sequence[str]
+    samples: Iterable[SkeletonSample | ImuSample | ImuBlock], sensors: Sequence[str]
 ) -> tuple[dict[str, list[SkeletonSample]], ImuMemory]:
     """The samples by sensor, stamps ascending, and the IMUs' orientations."""
     by_sensor: dict[str, list[SkeletonSample]] = {name: [] for name in sensors}
     memory = ImuMemory()
     for sample in samples:
-        if isinstance(sample, ImuBlock):
+        if isinstance(sample, ImuSample):
+            memory.add(block_of(sample))
+        elif isinstance(sample, ImuBlock):
             memory.add(sample)
         elif sample.sensor in by_sensor:
             by_sensor[sample.sensor].append(sample)

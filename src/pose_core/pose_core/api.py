@@ -82,7 +82,7 @@ from pose_core.streams.clocks import (
 )
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
 from pose_core.streams.recording_order import RecordingOrder, in_order
-from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, joined
+from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of, joined
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
 from pose_core.streams.stamp_judge import StampJudge
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
@@ -159,6 +159,7 @@ __all__ = [
     "angle_series",
     "available_models",
     "best_rigid_transform",
+    "block_of",
     "block_on_reference_clock",
     "body_model_of",
     "estimate_body_shape",

@@ -26,6 +26,7 @@ from pose_core.errors import InputError, PoseError, one_line
 from pose_node.plain_console import plain_console
 
 BAG_FILES = (".mcap", ".db3")
+TEXT_FILES = (".csv", ".csv.gz")  # recordings of skeletons
 SHOWN = 40  # rows of the summary; beyond, only failures and the totals
 INSTALL_DASK = "pip install 'dask[distributed]'"
 
@@ -65,10 +66,23 @@ def add_many_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def recordings_under(folder: Path) -> list[Path]:
-    """All bags below a folder, sorted by name; empty if the folder is itself a bag."""
+    """All bags below a folder, sorted by name; empty if the folder is itself a bag.
+
+    A folder without bags may hold recordings of skeletons in text files.
+    """
     if not folder.is_dir() or _is_bag(folder):
         return []
-    return sorted(path for path in folder.rglob("*") if _is_bag(path) and not _is_bag(path.parent))
+    below = sorted(path for path in folder.rglob("*") if not path.name.startswith("."))
+    bags = [path for path in below if _is_bag(path) and not _is_bag(path.parent)]
+    return bags or [path for path in below if path.name.endswith(TEXT_FILES)]
+
+
+def without_suffix(path: Path) -> Path:
+    """The path without the suffix of a recording's file; any other dot is part of the name."""
+    for suffix in (*BAG_FILES, *TEXT_FILES):
+        if path.name.endswith(suffix):
+            return path.with_name(path.name.removesuffix(suffix))
+    return path
 
 
 def _is_bag(path: Path) -> bool:
@@ -101,13 +115,13 @@ def run_many(
     if not recordings:
         return None
     if target is None:
-        raise InputError(f"{source} is a folder of bags: name one for the outputs by -o")
+        raise InputError(f"{source} is a folder of recordings: name one for the outputs by -o")
     run = uuid.uuid4().hex[:8]
     jobs = [
         Job(
             run=run,
             recording=str(recording),
-            output=str(target.absolute() / recording.relative_to(source).with_suffix(suffix)),
+            output=f"{target.absolute() / without_suffix(recording.relative_to(source))}{suffix}",
             command=tuple(_command(sys.argv, source, target, recording.absolute())),
         )
         for recording in recordings

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
+from pose_calibration.extrinsics.mirrored import refuse_mirrored
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import (
     calibrate,
@@ -14,6 +15,7 @@ from pose_calibration.session_calibration import (
     moved_sensors,
 )
 from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import IMUS
 from pose_core.streams.samples import ImuSample, block_of
@@ -56,6 +58,62 @@ def test_samples_of_other_sensors_are_left_out():
     session = calibrate(samples(duration_s=10.0), ["right"])
     assert session.extrinsics.sensors == ("right",)
     assert session.clock_offsets == {}
+
+
+def test_single_samples_of_imus_are_used_as_blocks_are():
+    alone = [
+        ImuSample(
+            stamp_ns=NS_PER_S + row * 10_000_000,
+            segment="left_thigh",
+            orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+            orientation_stddev=np.full(3, 0.02),
+            angular_velocity=np.zeros(3),
+        )
+        for row in range(500)
+    ]
+    some = samples(duration_s=10.0)
+    first = calibrate([*some, *alone], ["left", "right"])
+    second = calibrate([*some, *map(block_of, alone)], ["left", "right"])
+    assert first.imus is not None
+    np.testing.assert_array_equal(
+        first.extrinsics.T_map_reference, second.extrinsics.T_map_reference
+    )
+
+
+def with_bent_knees(some):
+    """The same samples with knees that are 20 cm in front of hips and feet."""
+    names = ("left_knee", "right_knee")
+    knees, hips = (
+        [JOINT_INDEX[name.replace("knee", j)] for name in names] for j in ("knee", "hip")
+    )
+    for each in some:
+        lateral = each.positions[hips[0]] - each.positions[hips[1]]
+        up = each.positions[JOINT_INDEX["neck"]] - each.positions[hips].mean(axis=0)
+        forward = np.cross(lateral, up)
+        each.positions[knees] += 0.2 * forward / np.linalg.norm(forward)
+    return some
+
+
+def mirrored(some, *sensors):
+    """The same samples with x reversed in the views of some sensors."""
+    for each in some:
+        if each.sensor in sensors:
+            each.positions[:, 0] *= -1.0
+    return some
+
+
+def test_data_that_are_mirrored_are_refused():
+    some = mirrored(with_bent_knees(samples(duration_s=10.0)), "left", "right")
+    with pytest.raises(CalibrationError, match=r"knees bend backwards in 100 %.*mirrored"):
+        calibrate(some, ["left", "right"])
+
+
+def test_one_view_with_exchanged_sides_is_not_called_mirrored():
+    some = with_bent_knees(samples(duration_s=10.0))
+    by_sensor = {name: [one for one in some if one.sensor == name] for name in ("left", "right")}
+    refuse_mirrored(by_sensor)
+    mirrored(some, "right")
+    refuse_mirrored(by_sensor)
 
 
 def frames(**settings):

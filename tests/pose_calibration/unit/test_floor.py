@@ -38,6 +38,13 @@ def test_a_walking_person_gives_vertical_and_height(tilt, roll):
     assert floor.source == FEET
 
 
+def test_a_sensor_that_hangs_upside_down_gives_vertical_and_height():
+    T = sensor_pose(0.0, 0.0, 2.2, 0.0, 25.0, 175.0)
+    floor = estimate_floor(view(T))
+    assert up_error_deg(floor.T_map_reference, T) < 0.5
+    assert floor.height == pytest.approx(2.2, abs=0.03)
+
+
 def test_the_world_frame_looks_along_the_sensor_from_the_floor_below_it():
     T = sensor_pose(3.0, -2.0, 1.4, 130.0, 12.0)  # where it stands in the room does not matter
     person = np.array([person_at(t / 10.0) for t in range(200)])

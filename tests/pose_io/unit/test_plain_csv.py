@@ -156,6 +156,41 @@ def test_names_with_commas_survive(tmp_path):
     assert (copy.name, copy.person) == ('sensor "a", left', ("Doe, Jane",))
 
 
+def made(tmp_path, metres=1.0, seconds=1.0):
+    """A file of a sensor at 30 Hz in other units."""
+    stream = make_stream(
+        "left",
+        host_time_ns=[round(frame / 30.0 * seconds * 1e9) for frame in range(10)],
+        sensor_time_ns=None,
+        person=["anna"] * 10,
+        positions=np.full((10, 15, 3), 1.4 * metres),
+        tracking_state=np.full((10, 15), 2, dtype=np.uint8),
+    )
+    path = tmp_path / "units.csv"
+    plain_csv.write(path, make_recording("made", "csv", [stream]))
+    return path
+
+
+@pytest.mark.parametrize("metres", [100.0, 1000.0])
+def test_positions_in_centimetres_or_millimetres_are_refused(tmp_path, metres):
+    with pytest.raises(InputError, match=r"m from sensor 'left'.*: write positions in metres"):
+        read_recording(made(tmp_path, metres=metres))
+
+
+@pytest.mark.parametrize("seconds", [1e3, 1e6])
+def test_times_in_milliseconds_or_microseconds_are_refused(tmp_path, seconds):
+    with pytest.raises(InputError, match=r"frames of sensor 'left'.*write host_time_s in seconds"):
+        read_recording(made(tmp_path, seconds=seconds))
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_other_separators_are_named(tmp_path, separator):
+    path = tmp_path / "spreadsheet.csv"
+    path.write_text(made(tmp_path).read_text().replace(",", separator))
+    with pytest.raises(InputError, match="columns separated by commas, decimal points"):
+        read_recording(path)
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".csv.gz"])
 def test_the_same_recording_gives_the_same_bytes(tmp_path, suffix):
     first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"

@@ -14,6 +14,7 @@ from pose_node.many import (
     run_job,
     run_jobs,
     summary,
+    without_suffix,
 )
 
 COPY = "import shutil, sys; shutil.copy(*sys.argv[1:3]); print('made', sys.argv[2])"
@@ -67,6 +68,25 @@ def test_bag_files_with_other_names_are_separate_bags(tmp_path):
     for file in files:
         file.touch()
     assert recordings_under(tmp_path / "in") == files
+
+
+def test_a_folder_without_bags_may_hold_text_recordings(tmp_path):
+    files = [tmp_path / "in" / "day" / name for name in ("a.csv", "b.csv.gz")]
+    files[0].parent.mkdir(parents=True)
+    for file in (*files, files[0].with_name("notes.txt"), files[0].with_name(".c.csv")):
+        file.touch()
+    assert recordings_under(tmp_path / "in") == files
+    (found,) = bags(tmp_path / "in", 1)
+    assert recordings_under(tmp_path / "in") == [found]
+
+
+def test_a_dot_in_a_recording_s_name_is_kept():
+    names = ["P01.walk", "P01.run.mcap", "P01.stand.csv.gz"]
+    assert [without_suffix(Path("in", name)).name for name in names] == [
+        "P01.walk",
+        "P01.run",
+        "P01.stand",
+    ]
 
 
 def test_the_complete_output_of_a_tool_is_shown(tmp_path):

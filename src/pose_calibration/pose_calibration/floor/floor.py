@@ -63,7 +63,8 @@ def estimate_floor(
 
     Args:
         positions: Joints [m] in the reference sensor's optical frame, shape (..., 15, 3), NaN where
-            unknown, in any order. The sensor is assumed to be upright, tilted up to 60 degrees.
+            unknown, in any order. The sensor is assumed to be upright or upside down (hung from the
+            ceiling; y up), tilted up to 60 degrees.
         mounting: Known values, which replace the estimates.
         gravity: The vertical from another source; it replaces the estimate from the body.
 
@@ -128,8 +129,10 @@ def _upright_directions(positions: FloatArray) -> FloatArray:
         shank = at[f"{side}_knee"] - at[f"{side}_foot"]
         upright &= _angle(thigh, shank) < STRAIGHT_KNEE
     axis = at["neck"] - feet
-    upright &= _angle(axis, np.array([0.0, -1.0, 0.0])) < MAX_TILT
-    axis = axis[upright]
+    tilt = _angle(axis, np.array([0.0, -1.0, 0.0]))
+    upside_down = upright & (tilt > np.pi - MAX_TILT)
+    upright &= tilt < MAX_TILT
+    axis = axis[upside_down if upside_down.sum() > upright.sum() else upright]
     return axis / np.linalg.norm(axis, axis=1, keepdims=True)
 
 

@@ -53,7 +53,7 @@ UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="pose fuse", description=__doc__)
-    parser.add_argument("in_bag", type=Path, help="a bag, a recording, or a folder of bags")
+    parser.add_argument("in_bag", type=Path, help="a bag, a recording, or a folder of either")
     parser.add_argument("out_bag", type=Path, help="the bag to make; of many, their folder")
     parser.add_argument("--params", type=Path, help="ROS parameter file, section 'fusion'")
     parser.add_argument(

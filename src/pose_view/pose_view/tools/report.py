@@ -33,7 +33,9 @@ def make_parser() -> argparse.ArgumentParser:
         epilog="References: docs/references.md says which files, labels and signs are understood.",
     )
     parser.add_argument(
-        "bag", type=Path, help="a bag with kinect_<name>/skeletons, or a folder of bags"
+        "bag",
+        type=Path,
+        help="a bag with kinect_<name>/skeletons, a recording, or a folder of either",
     )
     parser.add_argument(
         "--reference",

@@ -67,8 +67,11 @@ def detect_format(path: Path) -> str:
     )
     others = ", ".join(name for name in FORMATS if name not in with_header)
     shown = ", ".join(header)[:60]
+    other_separator = len(header) == 1 and (";" in shown or "\t" in shown)
+    separated = ", columns separated by commas, decimal points" if other_separator else ""
     raise InputError(
         f"{path} is of no known format: its header begins with {shown!r}, expected the columns "
         f"of {known}, or a file of {others}; "
         "convert it to the plain CSV that the README of kinect_bridge describes"
+        f"{separated}"
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.errors import writing
+from pose_core.errors import InputError, writing
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.recordings.formats.format import Format
@@ -26,6 +26,8 @@ COLUMNS = (
     *(f"{joint}_{value}" for joint in JOINTS for value in ("x", "y", "z", "state")),
 )
 STATES = tuple(float(state) for state in TrackingState)
+FARTHEST_M = 40.0  # [m] median distance of joints from the sensor; no camera sees so far
+LONGEST_STEP_S = 2.0  # [s] median time between a sensor's frames
 
 
 def read(path: Path) -> Recording:
@@ -34,13 +36,35 @@ def read(path: Path) -> Recording:
     table.refuse_unknown(COLUMNS)
     table.columns([name for name in COLUMNS if name != "sensor_time_s"])
     by_sensor = table.rows_by(table.header.index("sensor"))
+    streams = [_stream(table, name, rows) for name, rows in by_sensor.items()]
+    for stream in streams:
+        _refuse_other_units(path, stream)
     return make_recording(
         str(path),
         "csv",
-        [_stream(table, name, rows) for name, rows in by_sensor.items()],
+        streams,
         time_zero_ns=_time_zero_ns(table),
         comments=[text for text in table.comments if not text.startswith(TIME_ZERO)],
     )
+
+
+def _refuse_other_units(path: Path, stream: SensorStream) -> None:
+    """Raise an InputError if positions cannot be in metres, or times not in seconds."""
+    distances = np.linalg.norm(stream.positions, axis=2)
+    known = distances[np.isfinite(distances)]
+    distance = float(np.median(known)) if len(known) else 0.0
+    if distance > FARTHEST_M:
+        raise InputError(
+            f"{path}: the joints are {distance:.0f} m from sensor '{stream.name}' (median), "
+            f"expected at most {FARTHEST_M:g} m: write positions in metres"
+        )
+    steps_ns = np.diff(np.sort(stream.host_time_ns))
+    step_s = float(np.median(steps_ns)) / NS_PER_S if len(steps_ns) else 0.0
+    if step_s > LONGEST_STEP_S:
+        raise InputError(
+            f"{path}: {step_s:.3g} s lie between two frames of sensor '{stream.name}' (median), "
+            f"expected at most {LONGEST_STEP_S:g} s: write host_time_s in seconds"
+        )
 
 
 def _time_zero_ns(table: CsvTable) -> int | None:
