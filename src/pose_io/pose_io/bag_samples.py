@@ -29,10 +29,10 @@ from pose_io.bags import BagMessage, BagReader
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.mcap import Entry
-from pose_io.names import BODIES, TF_STATIC
+from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.static_transforms import transforms_to_map
-from pose_io.topics import body_topic, imu_topics, sensor_topics
+from pose_io.topics import body_topic, imu_topics, sensor_topics, static_transform_topics
 
 Progress = Callable[[float], None]
 """Called with the fraction of the bag that has been read, 0 to 1."""
@@ -251,6 +251,6 @@ def read_extrinsics(bag: BagReader) -> dict[str, FloatArray]:
     """
     return transforms_to_map(
         transform
-        for message in bag.messages([TF_STATIC])
+        for message in bag.messages(static_transform_topics(bag))
         for transform in bag.deserialize(message).transforms
     )

@@ -5,14 +5,15 @@ from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING
 
 from pose_core.errors import InputError
-from pose_io.names import BODIES, SKELETON_ARRAY, skeletons_topic
+from pose_io.names import BODIES, SKELETON_ARRAY, TF_STATIC, TRUTH_NAMESPACE, skeletons_topic
 
 if TYPE_CHECKING:  # rosbags takes long to load, and nodes use the names only
     from pose_io.bags import BagReader
 
 SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
 IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
-OTHER_BODY = re.compile(rf"{BODIES}person_\d+/")
+BODY_TOPIC = re.compile(rf"{BODIES}(?P<body>[^/]+)/(?P<leaf>\w+)$")
+OTHER_BODY = re.compile(r"person_\d+")
 
 
 def sensor_topics(bag: "BagReader") -> dict[str, str]:
@@ -45,25 +46,56 @@ def unused_sensors(
     return tuple(sorted(found - set(used)))
 
 
+def body_topics(bag: "BagReader", leaf: str, namespace: str = "") -> dict[str, str]:
+    """Topic ``humans/bodies/<body>/<leaf>`` of each body by its id, in the order of ids.
+
+    Args:
+        bag: An open bag.
+        leaf: The last part of the name.
+        namespace: Namespace of the topics; if empty any but that of a simulation's truth.
+
+    Raises:
+        InputError: If several namespaces have a body of the same id.
+    """
+    found: dict[str, str] = {}
+    for topic in sorted(bag.topics):
+        match = BODY_TOPIC.search(topic)
+        if match is None or match["leaf"] != leaf:
+            continue
+        theirs = topic[: match.start()]
+        if theirs == namespace or (not namespace and theirs != TRUTH_NAMESPACE):
+            _add(bag, found, match["body"], topic)
+    return dict(sorted(found.items()))
+
+
 def body_topic(bag: "BagReader", leaf: str, body: str = "", namespace: str = "") -> str | None:
-    """The topic ``<namespace>/humans/bodies/<body>/<leaf>``; the subject's if none is named."""
-    pattern = re.compile(rf"^{re.escape(namespace)}{BODIES}{re.escape(body) or '[^/]+'}/{leaf}$")
-    found = [name for name in sorted(bag.topics) if pattern.match(name)]
+    """The body's topic among :func:`body_topics`; the subject's if none is named."""
+    found = body_topics(bag, leaf, namespace)
+    if body:
+        return found.get(body)
     # Among several persons, the subject is the one not named person_<number>.
-    return next(iter(sorted(found, key=lambda name: bool(OTHER_BODY.search(name)))), None)
+    subject = sorted(found, key=lambda name: bool(OTHER_BODY.fullmatch(name)))
+    return found[subject[0]] if subject else None
+
+
+def static_transform_topics(bag: "BagReader") -> list[str]:
+    """The topics ``tf_static``, but for that of a simulation's truth."""
+    found = bag.topics_of_type("tf2_msgs/msg/TFMessage")
+    return [t for t in found if t.endswith(TF_STATIC) and not t.startswith(TRUTH_NAMESPACE)]
 
 
 def _topics(bag: "BagReader", pattern: re.Pattern[str], msgtype: str) -> dict[str, str]:
-    matches = {topic: pattern.search(topic) for topic in sorted(bag.topics_of_type(msgtype))}
     named: dict[str, str] = {}
-    for topic, match in matches.items():
-        if match is None:
-            continue
-        name = match["name"]
-        if name in named:
-            raise InputError(
-                f"{bag.path} holds '{name}' twice, as {named[name]} and {topic}: record or "
-                "play one of them alone"
-            )
-        named[name] = topic
+    for topic in sorted(bag.topics_of_type(msgtype)):
+        if match := pattern.search(topic):
+            _add(bag, named, match["name"], topic)
     return dict(sorted(named.items()))
+
+
+def _add(bag: "BagReader", named: dict[str, str], name: str, topic: str) -> None:
+    if name in named:
+        raise InputError(
+            f"{bag.path} holds '{name}' twice, as {named[name]} and {topic}: record or "
+            "play one of them alone"
+        )
+    named[name] = topic

@@ -1,6 +1,5 @@
 """Conversion of messages, of ROS or of a bag, to snapshots."""
 
-import re
 from typing import Any
 
 import numpy as np
@@ -9,11 +8,9 @@ from scipy.spatial.transform import Rotation
 from pose_core.api import BodyEstimate, FloatArray, SkeletonSample
 from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import nanoseconds
-from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton
 
-BODY_TOPIC = re.compile(rf"^{BODIES}(?P<body>[^/]+)/(?P<leaf>skeleton|estimate)$")
 ROOT_PREFIX = "body_"
 
 

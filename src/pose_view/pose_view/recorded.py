@@ -13,15 +13,9 @@ from pose_io.bag_samples import read_extrinsics
 from pose_io.bags import BagReader
 from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_samples
-from pose_io.topics import sensor_topics
+from pose_io.topics import body_topics, sensor_topics
 from pose_view.curves import BodyTrack, track_of
-from pose_view.messages import (
-    BODY_TOPIC,
-    body_snapshot,
-    dof_snapshot,
-    link_rotations,
-    raw_skeleton,
-)
+from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 
 T = TypeVar("T")
@@ -128,11 +122,12 @@ class Recorded:
     def _read(self, bag: BagReader, progress: Progress) -> None:
         sensors = {topic: name for name, topic in sensor_topics(bag).items()}
         bodies = {
-            topic: (match["body"], match["leaf"])
-            for topic in bag.topics
-            if (match := BODY_TOPIC.match(topic))
+            topic: (body, leaf)
+            for leaf in ("skeleton", "estimate")
+            for body, topic in body_topics(bag, leaf).items()
         }
-        wanted = [*sensors, *bodies, "/tf"]
+        links = [t for t in bag.topics_of_type("tf2_msgs/msg/TFMessage") if t.endswith("/tf")]
+        wanted = [*sensors, *bodies, *links]
         skeletons: list[tuple[str, Any]] = []
         span_ns = max(1, bag.end_ns - bag.start_ns)
         for index, message in enumerate(bag.messages(wanted)):

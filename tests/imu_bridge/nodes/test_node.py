@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, MagneticField
@@ -39,11 +40,14 @@ class Bench:
 
     def __init__(self, ros_context, tmp_path: Path, **parameters) -> None:
         self.master, self.slave = os.openpty()
+        self._descriptors = [self.master, self.slave]
         tty.setraw(self.slave)
+        self._port = tmp_path / f"port_{self.master}"  # a name that no other terminal takes over
+        self._port.symlink_to(os.ttyname(self.slave))
         nodes_file = tmp_path / "nodes.yaml"
         nodes_file.write_text("nodes: {1: torso, 6: left_thigh}")
         values = {
-            "port": os.ttyname(self.slave),
+            "port": str(self._port),
             "nodes_file": str(nodes_file),
             **parameters,
         }
@@ -86,8 +90,9 @@ class Bench:
         }
 
     def close(self) -> None:
-        for descriptor in (self.master, self.slave):
-            os.close(descriptor)
+        self._port.unlink(missing_ok=True)
+        while self._descriptors:
+            os.close(self._descriptors.pop())
 
 
 @pytest.fixture
@@ -185,6 +190,20 @@ def test_diagnostics_name_a_silent_node(bench):
         )
 
     bench.spin_until(torso_only, "the silent node to be named")
+
+
+def test_a_lost_port_is_logged_once(bench, ros_context):
+    logged = ros_context.collect(Log, "/rosout")
+    bench = bench()
+    bench.send(sample(0))
+    bench.wait_for(1)
+    bench.close()
+
+    bench.spin_until(lambda: bench.values().get("port") == "lost, trying to reopen")
+    reports = len(bench.diagnostics)
+    bench.spin_until(lambda: len(bench.diagnostics) > reports + 1, what="further reports")
+    said = [log.msg for log in logged if log.name == "imu_bridge"]
+    assert said == ["the port was lost: trying to reopen it"]
 
 
 def test_a_port_that_does_not_exist_is_an_error(bench):

@@ -8,6 +8,7 @@ from crowd_of_people import frames_of, walker
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from walking_person import POSES
 
+from pose_core.errors import ParameterError
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.people.pipeline import PeoplePipeline
@@ -42,6 +43,13 @@ def two():
 
 def thigh_m(pipeline, body_id):
     return pipeline.shape_of(body_id).bone_lengths()["left_knee"]
+
+
+def test_a_subject_with_an_id_of_other_people_is_refused_only_among_them():
+    alone = FusionParameters(subject="person_2")
+    assert PeoplePipeline(alone, lambda *_: None).people == ()
+    with pytest.raises(ParameterError, match=r"person_2.*choose another name"):
+        PeoplePipeline(replace(alone, max_people=2), lambda *_: None)
 
 
 def test_estimates_of_one_person_equal_those_of_the_single_pipeline():

@@ -1,6 +1,7 @@
 """The node that only listens."""
 
 import numpy as np
+import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Point
 from pose_msgs.msg import PoseEstimate, Skeleton, SkeletonArray
@@ -63,12 +64,15 @@ def test_the_listener_receives_its_own_messages_and_lists_no_node_of_its_own(
     assert listener.snapshot().nodes == ()
 
 
-def test_the_listener_reports_diagnostics_extrinsics_and_latency(ros_context, spin_until):
+@pytest.mark.parametrize("namespace", ["", "/operator_1"])
+def test_the_listener_reports_diagnostics_extrinsics_and_latency(
+    ros_context, spin_until, namespace
+):
     listener = ros_context.add(GraphListener())
-    talker = ros_context.make_node("talker")
+    talker = ros_context.make_node("talker", namespace=namespace)
     diagnostics = talker.create_publisher(DiagnosticArray, "/diagnostics", 10)
-    estimates = talker.create_publisher(PoseEstimate, "/humans/bodies/me/estimate", 10)
-    places = talker.create_publisher(TFMessage, "/tf_static", latched(1))
+    estimates = talker.create_publisher(PoseEstimate, "humans/bodies/me/estimate", 10)
+    places = talker.create_publisher(TFMessage, "tf_static", latched(1))
     places.publish(to_static_tf({"left": np.eye(4)}))
     status = DiagnosticStatus(level=b"\x01", name="/fusion", message="waiting for extrinsics")
 

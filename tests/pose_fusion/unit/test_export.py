@@ -185,7 +185,7 @@ def test_one_of_several_people_must_be_chosen(tmp_path):
     with BagWriter(tmp_path / "bag") as bag:
         for body in ("anna", "ben"):
             text = bag.typestore.types["std_msgs/msg/String"](data="x")
-            bag.write(f"/humans/bodies/{body}/urdf", text, 1)
+            bag.write(f"/humans/bodies/{body}/skeleton", text, 1)
     with open_bag(tmp_path / "bag") as bag, pytest.raises(InputError, match=r"anna, ben.*--body"):
         read_motion(bag)
 
@@ -196,7 +196,7 @@ def test_bodies_fused_for_comparison_are_not_offered(recorded, tmp_path):
     with BagWriter(tmp_path / "bag") as bag:
         text = bag.typestore.types["std_msgs/msg/String"](data="x")
         for name in (f"{body}_imu", body, f"{body}_kinect"):
-            bag.write(f"/humans/bodies/{name}/urdf", text, 1)
+            bag.write(f"/humans/bodies/{name}/skeleton", text, 1)
 
     with open_bag(tmp_path / "bag") as bag:
         assert chosen_body(bag, "") == body

@@ -137,6 +137,26 @@ def test_the_estimator_of_the_params_file_is_overridden_only_if_one_is_given(giv
     assert given_estimators == ([expected] if expected else [])
 
 
+@pytest.mark.parametrize(
+    ("file", "nodes"),
+    [
+        ("pose_fusion/launch/fusion.launch.yaml", {"calibration", "fusion", "recorder"}),
+        ("pose_view/launch/view.launch.yaml", {"fusion_kinect", "fusion_imu", "viewer"}),
+        ("pose_teleop/launch/teleop.launch.yaml", {"arm", "simulated_robot"}),
+    ],
+)
+def test_simulated_time_is_passed_to_every_node_that_reads_the_clock(file, nodes):
+    processes = evaluate(installed(SRC / file), use_sim_time="true").processes
+
+    simulated = {
+        process.node_name
+        for process in processes
+        for source in process.parameters
+        if isinstance(source, dict) and source.get("use_sim_time") is True
+    }
+    assert simulated == nodes
+
+
 def test_both_kinects_have_the_same_start_time():
     graph = evaluate(installed(SRC / "pose_fusion/launch/sensors.launch.yaml"))
 

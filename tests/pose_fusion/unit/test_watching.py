@@ -174,6 +174,23 @@ def test_diagnostics_of_a_node_are_findings(level, verdict):
     assert (found.verdict, found.found) == (verdict, "the port was lost")
 
 
+def in_namespace(snapshot, namespace):
+    """The snapshot of the same graph in a namespace."""
+    return replace(
+        snapshot,
+        topics=tuple(replace(t, name=namespace + t.name) for t in snapshot.topics),
+        nodes=tuple(namespace + node for node in snapshot.nodes),
+        statuses=tuple(replace(s, name=namespace + s.name) for s in snapshot.statuses),
+        tracked={namespace + name: share for name, share in snapshot.tracked.items()},
+    )
+
+
+def test_a_graph_in_a_namespace_has_the_same_findings():
+    found = verdicts(in_namespace(HEALTHY, "/operator_1"))
+    assert set(found.values()) == {Verdict.OK}
+    assert {name.removeprefix("/operator_1") for name in found} == set(verdicts(HEALTHY))
+
+
 # -- the page -----------------------------------------------------------------------------------
 
 
@@ -199,6 +216,13 @@ def test_the_page_shows_rates_latencies_shares_and_diagnostics():
     assert "97" in text
     assert "all is well" in text
     assert "extrinsics: left, right" in text
+
+
+def test_the_page_of_a_graph_in_a_namespace_shows_its_body_and_the_ends_of_its_nodes_names():
+    lines = shown(in_namespace(HEALTHY, "/operator_1"))
+    assert any(line.startswith("operator_1/subject/joint_states ") for line in lines)
+    assert any(line.split() == ["tracked", "[%]", "kinect", "kinect", "subject"] for line in lines)
+    assert any(line.startswith("…ator_1/fusion all is well") for line in lines)
 
 
 def test_errors_are_shown_first_on_a_small_page():

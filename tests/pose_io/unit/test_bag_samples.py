@@ -250,7 +250,37 @@ def test_no_static_transforms_give_no_extrinsics(make_bag):
     assert read_extrinsics(make_bag(("/imu_torso/data", imu(0), 0))) == {}
 
 
-def test_a_body_is_found_in_its_namespace_alone(make_bag):
+def test_extrinsics_of_a_graph_in_a_namespace_are_found_but_not_the_truth(make_bag):
+    left = transform("map", "kinect_left_optical_frame", Rotation.identity(), (0.0, 0.0, 2.0))
+    bag = make_bag(("/operator_1/tf_static", tf(left), 0), ("/truth/tf_static", tf(left), 0))
+    assert list(read_extrinsics(bag)) == ["left"]
+    assert read_extrinsics(make_bag(("/truth/tf_static", tf(left), 0))) == {}
+
+
+def test_a_body_of_a_graph_in_a_namespace_is_found(make_bag):
+    topic = "/operator_1/humans/bodies/subject/skeleton"
+    bag = make_bag((topic, skeleton(0, x=1.0), 0))
+    assert body_topic(bag, "skeleton") == body_topic(bag, "skeleton", "subject") == topic
+    assert body_topic(bag, "skeleton", "somebody") is None
+    assert read_body_series(bag).positions[0, 0, 0] == 1.0
+
+
+def test_a_body_in_two_namespaces_is_refused(make_bag):
+    bag = make_bag(
+        ("/a/humans/bodies/subject/skeleton", skeleton(0), 0),
+        ("/b/humans/bodies/subject/skeleton", skeleton(0), 0),
+    )
+    with pytest.raises(InputError, match=r"'subject' twice, as /a/.* and /b/"):
+        body_topic(bag, "skeleton")
+
+
+def test_the_subject_is_not_one_of_the_other_people(make_bag):
+    names = ("person_2", "walker")
+    bag = make_bag(*((f"/humans/bodies/{name}/skeleton", skeleton(0), 0) for name in names))
+    assert body_topic(bag, "skeleton") == "/humans/bodies/walker/skeleton"
+
+
+def test_the_truth_of_a_simulation_is_found_in_its_namespace_alone(make_bag):
     bag = make_bag(
         ("/humans/bodies/subject/skeleton", skeleton(0, x=1.0), 0),
         ("/truth/humans/bodies/subject/skeleton", skeleton(0, x=2.0), 0),

@@ -218,3 +218,5 @@ def test_the_lifecycle_state_is_in_the_diagnostics(bench):
     assert b.node._report().message == "inactive: ros2 lifecycle set /listener activate"
     b.go("activate")
     assert b.node._report().message == "listening"
+    b.go("active_shutdown")
+    assert b.node._report().message == "shut down: start the process again"

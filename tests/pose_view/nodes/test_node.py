@@ -21,6 +21,33 @@ def viewer(ros_context):
     return ros_context.add(ViewerNode(parameter_overrides=[Parameter("port", value=0)]))
 
 
+def test_in_a_namespace_it_shows_its_own_graph_alone(ros_context, spin_until, monkeypatch):
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+    from pose_msgs.msg import Skeleton
+    from rclpy.parameter import Parameter
+
+    port = Parameter("port", value=0)
+    viewer = ros_context.add(ViewerNode(namespace="/own", parameter_overrides=[port]))
+    monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
+    node = ros_context.make_node()
+    for name in ("/own/humans/bodies/person_2", "/humans/bodies/person_3"):
+        node.create_publisher(Skeleton, f"{name}/skeleton", 10)
+    publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+    reports = [
+        DiagnosticStatus(name="/own/fusion", message="tracking"),
+        DiagnosticStatus(name="/other/fusion", message="waiting"),
+    ]
+
+    def complete():
+        publisher.publish(DiagnosticArray(status=reports))
+        return "person_2" in viewer._graph.bodies and "fusion" in viewer._graph._reports
+
+    spin_until(complete)
+    assert "/own/humans/bodies/person_2/skeleton" in subscriptions(viewer)
+    assert "person_3" not in viewer._graph.bodies
+    assert viewer._graph._reports["fusion"].message == "tracking"
+
+
 @pytest.fixture
 def visitor(viewer, monkeypatch):
     """Somebody who looks, without a browser: what counts is that there is one."""

@@ -39,6 +39,24 @@ def test_a_snapshot_holds_what_was_there_at_its_time(recording, recorded):
     assert raw @ T[:3, :3].T + T[:3, 3] == pytest.approx(recording[1][60], abs=1e-6)
 
 
+def test_a_graph_in_a_namespace_is_shown_alike(recording, recorded, tmp_path):
+    path = tmp_path / "bag"
+    with open_bag(recording[0]) as bag, BagWriter(path) as writer:
+        for topic in bag.topics.values():
+            writer.add_topic(f"/operator_1{topic.name}", topic.msgtype, latched=topic.latched)
+        for message in bag.messages():
+            content = bag.deserialize(message)
+            writer.write(f"/operator_1{message.topic}", content, message.stamp_ns)
+    with open_bag(path) as bag:
+        snapshot = Recorded(bag).snapshot(2.01)
+
+    same = recorded.snapshot(2.01)
+    body = snapshot.bodies["subject"]
+    assert body.joints == pytest.approx(same.bodies["subject"].joints)
+    assert set(body.rotations) == set(same.bodies["subject"].rotations)
+    assert set(snapshot.sensors) == {"left", "right"}
+
+
 def test_old_data_are_not_shown(recorded):
     assert recorded.snapshot(recorded.duration_s + 2.0).bodies == {}
 

@@ -15,6 +15,7 @@ from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import ImuBatch, ImuPipeline
 from imu_bridge.serial_source import SerialSource
 from pose_core.errors import ParameterError
+from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
@@ -58,6 +59,7 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
             self.create_timer(self.settings.read_period, self._on_arrival)
         self._open_ports()
         self._health = Health(self._pipeline, self._sources, self._ports)
+        self._error = ""  # last logged one; empty: none at present
 
     def deactivate(self) -> None:
         """Close the ports."""
@@ -69,8 +71,15 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         """Nothing to release: the next configuration replaces the filters."""
 
     def report(self) -> Report:
-        """State of ports and IMUs."""
-        return self._health.report(self.get_clock().now().nanoseconds)
+        """State of ports and IMUs; errors and their ends are also logged."""
+        report = self._health.report(self.get_clock().now().nanoseconds)
+        error = report.message if report.level is Level.ERROR else ""
+        if error and not self._error:
+            self.get_logger().error(error)
+        elif self._error and not error:
+            self.get_logger().info(report.message)
+        self._error = error
+        return report
 
     def _open_ports(self) -> None:
         for index, port in enumerate(self._ports):

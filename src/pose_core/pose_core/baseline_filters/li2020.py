@@ -48,7 +48,7 @@ class Li2020Parameters:
         0.5,
         unit="rad/s",
         limits=(0.01, 10.0),
-        doc="`li2020`: initial uncertainty of every rate [m/s or rad/s]",
+        doc="`li2020`: initial uncertainty of every rate (the root's: [m/s])",
     )
     alpha: float = parameter(
         0.1,

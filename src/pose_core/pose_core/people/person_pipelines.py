@@ -1,11 +1,13 @@
 """A :class:`FusionPipeline` for each person whose pose is estimated."""
 
+import re
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.errors import ParameterError
 from pose_core.estimates.body_estimates import EstimateBlock
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
@@ -15,6 +17,7 @@ from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.clocks import Clocks
 
+OTHER_ID = re.compile(r"person_\d+")
 COUNTERS = ("people_beyond_max", "measured_anew", "subject_changed")
 
 
@@ -30,6 +33,9 @@ class PersonPipelines:
         counters: Declares :data:`COUNTERS`.
         is_live: See :class:`FusionPipeline`.
 
+    Raises:
+        ParameterError: If ``subject`` is an id of other people.
+
     Attributes:
         subject: The subject's pipeline; there from the start.
         estimates: Number of estimates published, by id.
@@ -43,6 +49,11 @@ class PersonPipelines:
         *,
         is_live: bool,
     ) -> None:
+        if parameters.max_people > 1 and OTHER_ID.fullmatch(parameters.subject):
+            raise ParameterError(
+                f"subject = '{parameters.subject}' is an id of other people, who are"
+                " person_<number> with max_people above 1: choose another name"
+            )
         self._parameters = parameters
         self._outlet = outlet
         self._counters = counters

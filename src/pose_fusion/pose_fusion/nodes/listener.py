@@ -25,10 +25,10 @@ from pose_fusion.watching.observation import (
     TopicWatch,
     TrackingWatch,
 )
-from pose_io.names import BODIES, SKELETON_ARRAY, TF_STATIC
+from pose_io.names import SKELETON_ARRAY, TF_STATIC
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import StaticTransforms
-from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
+from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
 from pose_node.conversions import to_node_status
 from pose_node.node_status import NodeStatus
 from pose_node.nodes.message_types import message_class
@@ -36,8 +36,8 @@ from pose_node.nodes.running import node_of_tool
 
 DISCOVERY_S = 0.3  # [s] between searches for new topics
 DEPTH = 200  # [messages]
-OTHERS = ("/tf", TF_STATIC, "/diagnostics", "/extrinsics")
-WITH_HEADER = (SENSOR_TOPIC, IMU_TOPIC)
+OTHERS = ("/tf", TF_STATIC, "/diagnostics", "/extrinsics")  # in any namespace
+PATTERNS = (SENSOR_TOPIC, IMU_TOPIC, BODY_TOPIC)
 LATENCIES = 1000  # number of stored latencies
 PROBE = "~/probe"
 
@@ -101,7 +101,8 @@ class GraphListener(Node):
 
     def _reader_of(self, topic: str, msgtype: str) -> Callable[[str, Any], None] | None:
         """The function that reads a topic's messages, if there is one."""
-        leaf = topic.split("/")[-1] if topic.startswith(BODIES) else ""
+        match = BODY_TOPIC.search(topic)
+        leaf = match["leaf"] if match else ""
         if msgtype == SKELETON_ARRAY:
             return self._on_skeletons
         readers: dict[tuple[str, str], Callable[[str, Any], None]] = {
@@ -109,7 +110,7 @@ class GraphListener(Node):
             ("estimate", "pose_msgs/msg/PoseEstimate"): self._on_estimate,
             ("", "diagnostic_msgs/msg/DiagnosticArray"): self._on_diagnostics,
         }
-        if topic == TF_STATIC and msgtype == "tf2_msgs/msg/TFMessage":
+        if topic.endswith(TF_STATIC) and msgtype == "tf2_msgs/msg/TFMessage":
             return self._on_tf_static
         return readers.get((leaf, msgtype))
 
@@ -171,8 +172,4 @@ def listen(duration_s: float) -> GraphSnapshot:
 
 
 def _is_ours(topic: str) -> bool:
-    return (
-        any(pattern.search(topic) for pattern in WITH_HEADER)
-        or topic.startswith(BODIES)
-        or topic in OTHERS
-    )
+    return topic.endswith(OTHERS) or any(pattern.search(topic) for pattern in PATTERNS)

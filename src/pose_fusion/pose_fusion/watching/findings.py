@@ -6,8 +6,7 @@ from enum import Enum
 
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
 from pose_fusion.watching.stages import STAGE
-from pose_io.names import BODIES
-from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
+from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
 from pose_node.level import Level
 
 SLOWEST_SENSOR = 10.0  # [Hz] a Kinect gives 30
@@ -144,7 +143,7 @@ def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
     outputs = [
         topic
         for topic in snapshot.topics
-        if topic.name.startswith(BODIES) and topic.name.endswith("/joint_states")
+        if (match := BODY_TOPIC.search(topic.name)) and match["leaf"] == "joint_states"
     ]
     for topic in outputs:
         if topic.rate == 0.0:

@@ -11,7 +11,7 @@ from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
 from pose_io.names import BODIES
-from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
+from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
 from pose_node.level import Level
 from pose_node.node_status import NodeStatus
 
@@ -29,7 +29,7 @@ def page(snapshot: GraphSnapshot, clock: str, height: int = 24) -> RenderableTyp
     topics = _topic_rows(snapshot)
     parts: list[RenderableType] = [_title(snapshot, clock), _topics_table(topics)]
     used = 2 + len(topics)
-    seen = sorted(snapshot.tracked, key=lambda name: (name.startswith(BODIES), name))
+    seen = sorted(snapshot.tracked, key=lambda name: (bool(BODY_TOPIC.search(name)), name))
     shares = {name: snapshot.tracked[name] for name in seen}
     tracked = {name: share for name, share in shares.items() if np.isfinite(share).any()}
     if tracked:
@@ -59,9 +59,9 @@ def _topic_rows(snapshot: GraphSnapshot) -> list[Row]:
     if imus:
         rows.append(_row(f"imu_*/data ({len(imus)} IMUs)", imus))
     rows += [
-        _row(topic.name[len(BODIES) :], [topic])
+        _row(topic.name.replace(BODIES, "/").lstrip("/"), [topic])
         for topic in topics
-        if topic.name.startswith(BODIES) and topic.name.endswith("/joint_states")
+        if (match := BODY_TOPIC.search(topic.name)) and match["leaf"] == "joint_states"
     ]
     if snapshot.fusion_latency_s is not None:
         median, p99 = (1000.0 * value for value in snapshot.fusion_latency_s)
@@ -118,8 +118,10 @@ def _tracking_table(tracked: dict[str, FloatArray]) -> Table:
 
 
 def _short(topic: str) -> str:
-    match = SENSOR_TOPIC.search(topic)
-    return f"kinect_{match['name']}" if match else topic[len(BODIES) :].split("/")[0]
+    if match := SENSOR_TOPIC.search(topic):
+        return f"kinect_{match['name']}"
+    match = BODY_TOPIC.search(topic)
+    return match["body"] if match else topic
 
 
 def _share(share: float) -> Text:
@@ -135,7 +137,10 @@ def _warnings(statuses: Sequence[NodeStatus], lines: int) -> Table:
     room = lines if len(ordered) <= lines else lines - 1
     for status in ordered[:room]:
         style = LEVEL_STYLE[status.level]
-        table.add_row(status.name.lstrip("/"), Text(status.message, style))
+        name = status.name.lstrip("/")
+        if len(name) > NAME_WIDTH:  # the namespace is cut
+            name = f"…{name[1 - NAME_WIDTH :]}"
+        table.add_row(name, Text(status.message, style))
     if len(ordered) > room:
         table.add_row("…", f"and {len(ordered) - room} more nodes, in /diagnostics")
     if not ordered:

@@ -28,7 +28,7 @@ from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_io.bags import BagReader
 from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
-from pose_io.topics import body_topic
+from pose_io.topics import body_topic, body_topics
 
 SNAP_NS = 10_000  # [ns] a limb moves less than 0.1 mm in it
 COMPARED = ("_kinect", "_imu")  # suffixes of bodies fused from one kind of sensor
@@ -167,9 +167,7 @@ def chosen_body(bag: BagReader, body: str) -> str:
     Raises:
         InputError: If there is no such person, or none, or several to choose from.
     """
-    bodies = sorted(
-        {topic[len(BODIES) :].split("/")[0] for topic in bag.topics if topic.startswith(BODIES)}
-    )
+    bodies = sorted({*body_topics(bag, "estimate"), *body_topics(bag, "skeleton")})
     if not bodies:
         raise InputError(
             f"{bag.path} holds no fused pose ({BODIES}<id>/estimate): fuse it first, with "

@@ -19,12 +19,15 @@ NEXT = {
     State.PRIMARY_STATE_UNCONFIGURED: (Transition.TRANSITION_CONFIGURE, "configure"),
     State.PRIMARY_STATE_INACTIVE: (Transition.TRANSITION_ACTIVATE, "activate"),
 }
+DONE = (State.PRIMARY_STATE_ACTIVE, State.PRIMARY_STATE_FINALIZED)
 UNANSWERED_PERIODS = 20  # [-] without a response, after which a request is repeated
 REFUSED_PERIODS = 10  # [-] after a refused transition, before it is requested again
 
 
 class BringUp(Node):
     """Checks the nodes one by one and advances the first one that is not active.
+
+    A node that somebody has deactivated or shut down is left as it is, and the next one is checked.
 
     Raises:
         ParameterError: If no nodes are named.
@@ -39,6 +42,7 @@ class BringUp(Node):
         self._getters = {n: self.create_client(GetState, f"{n}/get_state") for n in names}
         self._setters = {n: self.create_client(ChangeState, f"{n}/change_state") for n in names}
         self._states = dict.fromkeys(names, "not there")
+        self._left: set[str] = set()  # nodes that somebody has deactivated
         self._waits = 0  # [periods] until the next request
         steady_timer(self, self._settings.period, self._check)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
@@ -62,8 +66,13 @@ class BringUp(Node):
     def _on_state(self, index: int, future: Any) -> None:
         self._waits = 0
         name, state = self._settings.nodes[index], future.result().current_state
+        was_active = self._states[name] == "active"
         self._note(name, state.label)
         if state.id == State.PRIMARY_STATE_ACTIVE:
+            self._left.discard(name)
+        elif was_active and state.id == State.PRIMARY_STATE_INACTIVE:  # a restarted one is not
+            self._left.add(name)
+        if state.id in DONE or name in self._left:
             if index + 1 < len(self._settings.nodes):
                 self._ask(index + 1)
             return

@@ -61,6 +61,7 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
         self.changes: dict[str, Callable[[Any], None]] = {}
         self.is_active = False
         self._is_configured = False
+        self._is_shut_down = False
         self._failure: Exception | None = None
         self._leaps: JumpHandle | None = None
         self._made: dict[str, list[Any]] = {"configure": [], "activate": []}
@@ -126,6 +127,7 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
 
     def on_shutdown(self, _state: LifecycleState) -> TransitionCallbackReturn:
         """Stop and discard everything; the process continues until it is ended."""
+        self._is_shut_down = True
         return self._attempt(self._end)
 
     def on_error(self, _state: LifecycleState) -> TransitionCallbackReturn:
@@ -252,6 +254,8 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
             return self.report()
         if self._failure is not None:
             return Report(level=Level.ERROR, message=str(self._failure))
+        if self._is_shut_down:
+            return Report(level=Level.WARN, message="shut down: start the process again")
         name = self.get_fully_qualified_name()
         state, step = "unconfigured", "configure"
         if self._is_configured:

@@ -22,6 +22,7 @@ from visualization_msgs.msg import MarkerArray
 from pose_core.parameters import specs
 from pose_core.stamps import NS_PER_S, serialized_ns
 from pose_io.names import BODIES, skeletons_topic
+from pose_io.topics import BODY_TOPIC
 from pose_node.conversions import to_node_status
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
@@ -30,7 +31,6 @@ from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 from pose_view.live import LiveGraph
-from pose_view.messages import BODY_TOPIC
 from pose_view.nodes.newest import Newest, first_child
 from pose_view.parameters import ViewParameters
 from pose_view.plain_words import as_html
@@ -58,6 +58,7 @@ class ViewerNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("viewer", **options)
         self._settings = parameters = declare_parameters(self, ViewParameters)
+        self._prefix = self.get_namespace().rstrip("/") + "/"  # of this graph's topics and nodes
         self._tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._looking: list[Subscription] = []
         self._shown_status_ns = 0
@@ -156,8 +157,12 @@ class ViewerNode(Node):
         for body in sorted(set(self._graph.bodies) - asked_for):
             if not self.count_publishers(f"humans/bodies/{body}/skeleton"):
                 self._forget(body)
-        found = (BODY_TOPIC.match(topic) for topic, _ in self.get_topic_names_and_types())
-        for body in sorted({each["body"] for each in found if each} - set(self._graph.bodies)):
+        names = (topic for topic, _ in self.get_topic_names_and_types())
+        found = (BODY_TOPIC.match("/" + name.removeprefix(self._prefix)) for name in names)
+        shown = {
+            each["body"] for each in found if each and each["leaf"] in ("skeleton", "estimate")
+        }
+        for body in sorted(shown - set(self._graph.bodies)):
             self._graph.add_body(body, place_of(body).title)
             self._look_at(body)
 
@@ -212,7 +217,8 @@ class ViewerNode(Node):
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            self._graph.add_report(to_node_status(status, self._now_ns()))
+            if self._prefix == "/" or status.name.startswith(self._prefix):
+                self._graph.add_report(to_node_status(status, self._now_ns()))
 
     def _trigger(self, name: str) -> None:
         client = self._triggers[name]
