@@ -191,6 +191,20 @@ def test_a_graph_in_a_namespace_has_the_same_findings():
     assert {name.removeprefix("/operator_1") for name in found} == set(verdicts(HEALTHY))
 
 
+def test_the_reason_of_a_silent_output_is_said_by_the_fusion_of_its_own_namespace():
+    graphs = [in_namespace(HEALTHY, namespace) for namespace in ("/a", "/b")]
+    statuses = tuple(
+        replace(status, message=f"said in {status.name}")
+        for graph in graphs
+        for status in graph.statuses
+    )
+    both = replace(HEALTHY, topics=graphs[0].topics + graphs[1].topics, statuses=statuses)
+    silent = changed(both, "/b/humans/bodies/subject/joint_states", rate=0.0)
+
+    (found,) = [each for each in graph_findings(silent) if each.verdict is Verdict.WRONG]
+    assert found.remedy == "the fusion says: said in /b/fusion"
+
+
 # -- the page -----------------------------------------------------------------------------------
 
 

@@ -141,13 +141,13 @@ def _extrinsics(snapshot: GraphSnapshot) -> Iterator[Finding]:
 
 def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
     outputs = [
-        topic
+        (topic, topic.name[: match.start()])
         for topic in snapshot.topics
         if (match := BODY_TOPIC.search(topic.name)) and match["leaf"] == "joint_states"
     ]
-    for topic in outputs:
+    for topic, namespace in outputs:
         if topic.rate == 0.0:
-            said = [s.message for s in snapshot.statuses if s.name.split("/")[-1] == "fusion"]
+            said = [s.message for s in snapshot.statuses if s.name == f"{namespace}/fusion"]
             why = f"the fusion says: {said[0]}" if said else "look at the fusion's output"
             yield GRAPH.wrong(topic.name, "silent", why)
         else:
