@@ -26,7 +26,7 @@ def session():
 @pytest.fixture(scope="module")
 def true_alignments():
     settings = settings_of(SPEC.level, STRAPS)
-    worn = make_session(SPEC.choreography, SPEC.duration_s, SPEC.seed, settings).alignments
+    worn = make_session(SPEC.choreography, SPEC.duration_s, SPEC.seed, settings).nodes
     return {each.segment: each.R_segment_sensor.inv() for each in worn.values()}
 
 

@@ -9,8 +9,8 @@ import pytest
 from rich.console import Console
 
 from pose_core.errors import InputError
+from pose_fusion.launched_graph import GraphError, LaunchedGraph
 from pose_fusion.tools import demo, demo_start
-from pose_fusion.tools.demo_processes import GraphError, LaunchedGraph
 from pose_fusion.tools.demo_progress import describe
 from pose_node.child_process import executable, run_to_end, start, stop
 from pose_node.level import Level

@@ -22,7 +22,7 @@ from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.offline import MethodSetup, run_methods
-from pose_fusion.tools.demo_processes import launch, up_command
+from pose_fusion.launched_graph import launch, up_command
 from pose_node.child_process import stop
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import bundled_clips

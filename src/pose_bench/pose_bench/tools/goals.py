@@ -31,7 +31,7 @@ from pose_bench.tools.prediction import prediction_errors
 from pose_bench.tools.showing import show
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import launch, up_command
+from pose_fusion.launched_graph import launch, up_command
 from pose_node.child_process import executable, run_to_end, stop
 
 PROBE_S = 4.0  # [s] until the probe has started

@@ -12,7 +12,7 @@ from pose_bench.processes import generate_session, latency_probe, sleep_until, u
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import LaunchedGraph
+from pose_fusion.launched_graph import LaunchedGraph
 
 LEAD_S = 12.0  # [s] from the session's start to its first frame, for the start of all processes
 STEADY_S = 18.0  # [s] until calibration, body measures and alignment of IMUs are complete

@@ -17,7 +17,7 @@ from pose_bench.teleop_scores import NotFollowedError, TeleopScores, score_teleo
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import LaunchedGraph
+from pose_fusion.launched_graph import LaunchedGraph
 from pose_io.recordings.formats import plain_csv
 from pose_io.recordings.recording import make_recording, make_stream
 from pose_sim.captured.clips import bundled_clips

@@ -12,9 +12,10 @@ from rich.console import Console
 
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_fusion.launched_graph import GraphError
 from pose_fusion.recording.growing_bag import free_path
-from pose_fusion.tools.demo_processes import DemoRun, GraphError
 from pose_fusion.tools.demo_progress import watch
+from pose_fusion.tools.demo_run import DemoRun
 from pose_fusion.tools.demo_start import Prepare, first_lead_s, ready_estimator, started_graph
 from pose_node.child_process import executable, run_to_end
 from pose_node.command_line import run_tool

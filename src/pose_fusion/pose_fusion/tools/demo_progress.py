@@ -7,7 +7,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import LaunchedGraph
+from pose_fusion.launched_graph import LaunchedGraph
 from pose_node.node_status import NodeStatus
 
 TAIL_S = 1.5  # [s] for processing and recording the last frames

@@ -26,7 +26,8 @@ from pose_evaluation.tables import (
     stability_table,
     view_tables,
 )
-from pose_fusion.tools.demo_processes import DemoRun, GraphError
+from pose_fusion.launched_graph import GraphError
+from pose_fusion.tools.demo_run import DemoRun
 from pose_fusion.watching.stages import STAGE, STAGES
 from pose_io.bag_samples import read_body_series, read_extrinsics
 from pose_io.bags import BagReader, open_bag

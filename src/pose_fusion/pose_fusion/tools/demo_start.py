@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from pose_core.stamps import NS_PER_S
-from pose_fusion.tools.demo_processes import DiagnosticsReader, LaunchedGraph
+from pose_fusion.launched_graph import DiagnosticsReader, LaunchedGraph
 
 PROCESSES = 8  # started together: launcher, bridges, devices, calibration, fusion, recorder
 WEIGHT = 3.0  # [-] start-up time of a node of the graph relative to the measured process

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from pose_core.errors import PoseError
@@ -152,17 +151,3 @@ class LaunchedGraph:
         marked = [line for mark in marks for line in lines if mark in line] or lines[-1:]
         why = marked[0] if marked else "it said nothing"
         return GraphError(f"{what}: {why} (all its output: {self._log})")
-
-
-@dataclass(frozen=True, kw_only=True)
-class DemoRun:
-    """A finished run of the graph."""
-
-    folder: Path
-    subject: str  # description of the subject
-    nodes: Mapping[str, NodeStatus]  # the last report of each node
-
-    @property
-    def bag(self) -> Path:
-        """The recorded bag."""
-        return self.folder / "bag"
