@@ -13,6 +13,9 @@
         for estimate in pipeline.add(sample):
             print(estimate.stamp_ns, estimate.dof_names, estimate.position)
 
+``pipeline.imu_uses`` says of each IMU whether it is used, and why not; ``pipeline.counters`` counts
+what was left out. The first call compiles the estimator, which takes a minute or two.
+
 Frames, axes and units: ``docs/conventions.md``. Stamps are integer nanoseconds; no function reads a
 clock. Errors that the user can correct are raised as a :class:`PoseError` with a message of one
 line. The modules ``arrays``, ``joints``, ``errors``, ``stamps``, ``counters``, ``parameters``,

@@ -11,7 +11,7 @@ from worn_imus import IMU_SEGMENTS, START_NS, moving_wearer
 
 from pose_core.estimators.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
-from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.samples import ImuSample, SkeletonSample
 
 DURATION_S = 26.0
 JUDGED_S = 20.0  # from then on, the IMUs are aligned
@@ -165,6 +165,18 @@ def test_a_new_pipeline_uses_the_alignment_of_the_previous_one(session):
     after.use_sensor_to_segment(found)
     fused(after, samples[until[0] : until[1]])
     assert aligned(after) == sorted(IMU_SEGMENTS)
+
+
+def test_imu_samples_without_an_orientation_are_counted_and_left_out(session):
+    *_, skeletons, imus = session
+    nan = np.full(4, np.nan)
+    lost = [replace(s, orientation=nan) if i % 7 == 0 else s for i, s in enumerate(imus)]
+    until_ns = START_NS + int(20e9)
+    samples = [s for s in arriving([*skeletons, *lost], lambda _: 0) if s.stamp_ns < until_ns]
+    pipeline, _ = run(samples)
+    expected = sum(isinstance(s, ImuSample) and bool(np.isnan(s.orientation[0])) for s in samples)
+    assert pipeline.counters["imu_samples_without_orientation"] == expected > 100
+    assert aligned(pipeline) == sorted(IMU_SEGMENTS)
 
 
 def test_samples_out_of_order_are_counted_and_cause_no_step(session):

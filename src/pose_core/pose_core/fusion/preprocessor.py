@@ -6,6 +6,8 @@ The only feedback from the estimator are the delays of the trackers.
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from pose_core.body.measurement import BodyMeasurement
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
@@ -36,6 +38,7 @@ COUNTERS = (
     "skeletons_of_unknown_sensors",
     "imu_samples",
     "imu_samples_out_of_order",
+    "imu_samples_without_orientation",
     "frames",
     "frames_of_imus_alone",
     "frames_measuring_the_body",
@@ -157,6 +160,10 @@ class Preprocessor:
 
     def _add_imu(self, block: ImuBlock) -> Iterator[Observation]:
         self.counters.add("imu_samples", len(block))
+        known = np.isfinite(block.orientation).all(axis=1)
+        if not known.all():
+            self.counters.add("imu_samples_without_orientation", int((~known).sum()))
+            block = block.rows(np.flatnonzero(known))
         if not self._uses_imus:  # stored, to be named as unused
             self.imus.add(block_on_reference_clock(block, self.clocks))
             return

@@ -87,8 +87,8 @@ def summary(
     residual = recorded.rigid_residual
     if exporter.rigid_bones and residual > NOTABLE_RESIDUAL:
         lines.append(
-            f"{arguments.to.upper()}'s bones are rigid, the recorded ones are not: joints differ "
-            f"by up to {1000.0 * residual:.0f} mm"
+            f"{arguments.to.upper()} has the angles on rigid bones: joints differ from the "
+            f"recorded ones by up to {1000.0 * residual:.0f} mm"
         )
     return lines
 
