@@ -18,9 +18,9 @@ from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
     Clock,
     Extrinsics,
-    FusionParameters,
-    FusionPipeline,
     ImuSample,
+    Pipeline,
+    PipelineParameters,
     SkeletonSample,
     SkeletonSeries,
     angle_series,
@@ -149,7 +149,7 @@ def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[C
         for imus in {method.use_imus for method in methods}
     }
 
-    def run(method: CapturedMethod) -> tuple[MethodRun, FusionPipeline]:
+    def run(method: CapturedMethod) -> tuple[MethodRun, Pipeline]:
         if method.name == BASELINE:
             return baseline
         extrinsics = known[method.use_imus]
@@ -160,7 +160,7 @@ def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[C
     return score_runs(session, methods, baseline[0], run)
 
 
-def run_baseline(session: CapturedSession) -> tuple[MethodRun, FusionPipeline]:
+def run_baseline(session: CapturedSession) -> tuple[MethodRun, Pipeline]:
     """Run the baseline with the true extrinsics."""
     method = next(method for method in METHODS if method.name == BASELINE)
     return run_method(session, method, true_extrinsics(session))
@@ -194,13 +194,13 @@ def score_runs(
 
 def run_method(
     session: CapturedSession, method: CapturedMethod, extrinsics: Extrinsics
-) -> tuple[MethodRun, FusionPipeline]:
+) -> tuple[MethodRun, Pipeline]:
     """Run a method over a session's samples, in the order of their arrival."""
-    parameters = FusionParameters(
+    parameters = PipelineParameters(
         estimator=method.estimator, use_imus=method.use_imus, sensors=SENSORS
     )
     make = partial(DefaultEstimator, tuning=method.tuning) if method.tuning else None
-    pipeline = FusionPipeline(parameters, extrinsics, make_estimator=make)
+    pipeline = Pipeline(parameters, extrinsics, make_estimator=make)
     before = first_pass(parameters)
     samples = [
         each
@@ -248,7 +248,7 @@ def judge(
     )
 
 
-def with_imus(score: CapturedScore, pipeline: FusionPipeline) -> CapturedScore:
+def with_imus(score: CapturedScore, pipeline: Pipeline) -> CapturedScore:
     """Add the figures of the IMUs to a score."""
     uses = pipeline.imu_uses
     begin_ns = stamp_of(0.0)

@@ -22,7 +22,7 @@ from pose_bench.fuzzing import Target
 from pose_calibration.board.camera import load_camera
 from pose_calibration.files.extrinsics_file import load_extrinsics
 from pose_calibration.imus.section import load_alignments
-from pose_core.api import FusionParameters, load_body_model, load_body_shape
+from pose_core.api import PipelineParameters, load_body_model, load_body_shape
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import from_ros_yaml
@@ -240,7 +240,7 @@ def targets() -> Iterator[Sequence[Target]]:
             yaml("joint map", lambda path: find_joint_map(str(path)), JOINT_MAP),
             yaml(
                 "parameters",
-                lambda path: from_ros_yaml(FusionParameters, path, "fusion"),
+                lambda path: from_ros_yaml(PipelineParameters, path, "fusion"),
                 PARAMETERS,
             ),
             yaml("launch", read_launch_file, LAUNCH),

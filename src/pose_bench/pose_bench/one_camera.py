@@ -7,8 +7,8 @@ import numpy as np
 
 from pose_core.api import (
     ChosenPerson,
-    FusionParameters,
-    FusionPipeline,
+    Pipeline,
+    PipelineParameters,
     SkeletonSample,
     SkeletonSeries,
     extrinsics_from_map,
@@ -51,6 +51,6 @@ def view_of_stream(stream: SensorStream) -> CameraView:
 
 def run_one_camera(estimator: str, samples: Iterable[SkeletonSample]) -> MethodRun:
     """Run an estimator on one camera's samples; the result is in a level ``map``."""
-    parameters = FusionParameters(estimator=estimator, sensors=(CAMERA,), use_imus=False)
+    parameters = PipelineParameters(estimator=estimator, sensors=(CAMERA,), use_imus=False)
     extrinsics = extrinsics_from_map({CAMERA: LEVEL_MOUNTING})
-    return run_pipeline(FusionPipeline(parameters, extrinsics), samples)
+    return run_pipeline(Pipeline(parameters, extrinsics), samples)

@@ -26,7 +26,7 @@ from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape, shape_of
 from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants, make_constants
 from pose_core.filter.imu import ImuFrame
@@ -209,7 +209,7 @@ def persons_steps(scene: Scene, persons: int) -> Step:
 
 def estimator_steps(scene: Scene, name: str, imus: int) -> Step:
     """A whole estimator, from observation to estimate."""
-    parameters = FusionParameters(estimator=name, output_rate=0.0)
+    parameters = PipelineParameters(estimator=name, output_rate=0.0)
     runner = EstimatorRunner(scene.model, parameters, Counters(*runner_counters(parameters)))
     segments = list(scene.model.segments)[:imus]
     observations = [scene.observation(frame, segments) for frame in range(scene.size)]

@@ -41,7 +41,7 @@ from pose_core.errors import InputError, ParameterError, PoseError
 from pose_core.estimates.body_estimates import BodyEstimate, EstimateBlock, Source
 from pose_core.estimators import ESTIMATORS
 from pose_core.estimators.estimator import Estimator, StepwiseEstimator
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import body_model_of, estimator_class
 from pose_core.fusion.alignment_history import AlignmentHistory
 from pose_core.fusion.offline import (
@@ -51,7 +51,7 @@ from pose_core.fusion.offline import (
     series_of_estimates,
 )
 from pose_core.fusion.output_grid import has_output_rate
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.fusion.warm_up import warm_up
 from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES, TrackingState
@@ -91,8 +91,6 @@ from pose_core.streams.stamp_judge import StampJudge
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 from pose_core.transforms import best_rigid_transform, inverse, rigid_transform, transformed
 
-Pipeline = FusionPipeline
-PipelineParameters = FusionParameters
 Skeleton = SkeletonSample
 PoseEstimate = BodyEstimate
 """Short names for notebooks; in nodes they would shadow the messages of the same names."""
@@ -123,8 +121,6 @@ __all__ = [
     "FloatArray",
     "FloorEstimate",
     "ForwardKinematics",
-    "FusionParameters",
-    "FusionPipeline",
     "IMUS",
     "ONE_IMU",
     "ImuBlock",

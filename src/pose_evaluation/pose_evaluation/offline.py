@@ -10,11 +10,11 @@ from pose_core.api import (
     EstimateSeries,
     Extrinsics,
     FloatArray,
-    FusionParameters,
-    FusionPipeline,
     ImuBlock,
     ImuSample,
     IntArray,
+    Pipeline,
+    PipelineParameters,
     SkeletonSample,
     SkeletonSeries,
     in_order,
@@ -55,7 +55,7 @@ def known_setups(*, has_imus: bool) -> tuple[MethodSetup, ...]:
     Args:
         has_imus: Whether the recording contains IMUs; otherwise no method uses them.
     """
-    _, spec = specs(FusionParameters)["estimator"]
+    _, spec = specs(PipelineParameters)["estimator"]
     setups = []
     # The default last, as in the tables of the papers: each method after those that it improves.
     for name in sorted(spec.choices or (), key=_rank):
@@ -88,8 +88,8 @@ def run_methods(
         ParameterError: If a setup cannot use the recording's sensors.
     """
     pipelines = {
-        setup.name: FusionPipeline(
-            FusionParameters(
+        setup.name: Pipeline(
+            PipelineParameters(
                 estimator=setup.estimator, use_imus=setup.use_imus, sensors=tuple(sensors)
             ),
             extrinsics,
@@ -110,13 +110,11 @@ def run_methods(
     }
 
 
-def _imu_lines(pipeline: FusionPipeline) -> tuple[str, ...]:
+def _imu_lines(pipeline: Pipeline) -> tuple[str, ...]:
     return tuple(f"IMU {use}" for use in pipeline.imu_uses if use.reason or use.remark)
 
 
-def run_pipeline(
-    pipeline: FusionPipeline, samples: Iterable[SkeletonSample | ImuSample]
-) -> MethodRun:
+def run_pipeline(pipeline: Pipeline, samples: Iterable[SkeletonSample | ImuSample]) -> MethodRun:
     """Run a pipeline over a recording's samples, in the order of their stamps."""
     ordered = in_order(samples, pipeline.clocks)
     estimates = [estimate for sample in ordered for estimate in pipeline.add(sample)]

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-from pose_core.api import FusionParameters
+from pose_core.api import PipelineParameters
 from pose_core.parameters import RUN, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
-class FusionNodeParameters(FusionParameters):
+class FusionNodeParameters(PipelineParameters):
     """The pipeline's parameters, and the files with what is known before."""
 
     extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: use /tf_static")

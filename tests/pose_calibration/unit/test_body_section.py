@@ -10,8 +10,8 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from pose_calibration.body_measures import measure_body
 from pose_calibration.files.extrinsics_file import load_extrinsics, save_extrinsics
 from pose_core.errors import InputError
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX
 
 
@@ -49,13 +49,13 @@ def test_measures_survive_the_file(body, path):
 
 def test_the_fusion_uses_them_from_the_start(path):
     placed = load_extrinsics(path)
-    pipeline = FusionPipeline(FusionParameters(), placed)
+    pipeline = Pipeline(PipelineParameters(), placed)
     assert pipeline.status == "tracking"
     np.testing.assert_array_equal(pipeline.shape.offsets, placed.body.shape.offsets)
 
 
 def test_measures_of_another_body_model_are_left_alone(path):
-    pipeline = FusionPipeline(FusionParameters(estimator="li2020"), load_extrinsics(path))
+    pipeline = Pipeline(PipelineParameters(estimator="li2020"), load_extrinsics(path))
     assert pipeline.shape is None
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.streams.clocks import (
     IMUS,
     ONE_IMU,
@@ -54,7 +54,7 @@ def samples():
 
 def run(samples, clocks, estimator="default"):
     placed = replace(extrinsics(), clocks=clocks)
-    pipeline = FusionPipeline(FusionParameters(estimator=estimator), placed)
+    pipeline = Pipeline(PipelineParameters(estimator=estimator), placed)
     return [each for one in samples for each in pipeline.add(one)] + pipeline.flush()
 
 
@@ -99,7 +99,7 @@ def test_a_single_imus_clock_leaves_the_estimates_unchanged_and_is_named(samples
     assert [each.stamp_ns for each in right] == [each.stamp_ns for each in put_right]
     for a, b in zip(right, put_right, strict=True):
         np.testing.assert_array_equal(a.position, b.position)
-    pipeline = FusionPipeline(FusionParameters(), replace(extrinsics(), clocks=clocks))
+    pipeline = Pipeline(PipelineParameters(), replace(extrinsics(), clocks=clocks))
     for one in early:
         pipeline.add(one)
     remark = "its clock is 0.15 ± 0.02 s ahead of the others': corrected"
@@ -109,7 +109,7 @@ def test_a_single_imus_clock_leaves_the_estimates_unchanged_and_is_named(samples
 def test_clocks_can_be_set_while_the_pipeline_runs(samples):
     skeletons = [one for one in samples if not isinstance(one, ImuSample)]
     late = [stamped_by(CLOCKS["right"], one) if one.sensor == "right" else one for one in skeletons]
-    pipeline = FusionPipeline(FusionParameters(estimator="li2020"), extrinsics())
+    pipeline = Pipeline(PipelineParameters(estimator="li2020"), extrinsics())
     half = len(late) // 2
     for one in late[:half]:
         pipeline.add(one)
@@ -157,8 +157,8 @@ def test_the_pose_is_published_for_when_the_earliest_tracker_saw_it(samples):
     early = ahead(right=-60)["right"]
     stamped = [stamped_by(early, s) if s.sensor == "right" else s for s in skeletons]
     placed = replace(extrinsics(), clocks={"right": early})
-    parameters = FusionParameters(output_rate=0.0)
-    pipeline, plain = FusionPipeline(parameters, placed), FusionPipeline(parameters, extrinsics())
+    parameters = PipelineParameters(output_rate=0.0)
+    pipeline, plain = Pipeline(parameters, placed), Pipeline(parameters, extrinsics())
     late = [e.stamp_ns for one in stamped for e in pipeline.add(one)]
     in_time = [e.stamp_ns for one in skeletons for e in plain.add(one)]
     assert late[-1] == pytest.approx(in_time[-1] - 60_000_000, abs=1000)

@@ -8,9 +8,9 @@ from fusing import fused
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 
 from pose_core.estimates.body_estimates import Source
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.filter.tuning import FilterTuning
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
 
 START_NS = 10**18
@@ -18,8 +18,8 @@ STEP = np.radians(4.0)  # [rad] beyond the motion itself, from one estimate to t
 
 
 def run(samples, is_live=False, **parameters):
-    parameters = FusionParameters(output_rate=0.0, **parameters)  # each frame's estimate
-    pipeline = FusionPipeline(parameters, extrinsics(), is_live=is_live)
+    parameters = PipelineParameters(output_rate=0.0, **parameters)  # each frame's estimate
+    pipeline = Pipeline(parameters, extrinsics(), is_live=is_live)
     return pipeline, fused(pipeline, samples)
 
 
@@ -68,7 +68,7 @@ ARMS = {f"{side}_shoulder_flexion": raised for side in SIDES}
 
 def test_every_frame_of_every_sensor_gives_an_estimate_at_once():
     _, dof = motion(5.0)
-    pipeline = FusionPipeline(FusionParameters(output_rate=0.0), extrinsics())
+    pipeline = Pipeline(PipelineParameters(output_rate=0.0), extrinsics())
     told = [(s.stamp_ns, pipeline.add(s)) for s in samples_of(dof)]
     late = [(stamp, estimates) for stamp, estimates in told if stamp > START_NS + 3 * 10**9]
     assert all(estimates and estimates[-1].stamp_ns == stamp for stamp, estimates in late[::2])
@@ -234,7 +234,7 @@ def test_a_late_frame_updates_the_filter_but_its_instant_is_not_published_again(
 def test_a_recording_is_interpolated_between_frames_without_a_hole():
     _, dof = performance(9.0, {"left_elbow_flexion": lambda s: 1.0 - np.cos(6.0 * s)})
     samples = [each for each in samples_of(dof, noise=0.001) if each.sensor == "left"]
-    pipeline = FusionPipeline(FusionParameters(output_rate=100.0), extrinsics())
+    pipeline = Pipeline(PipelineParameters(output_rate=100.0), extrinsics())
     estimates = [e for e in fused(pipeline, samples) if 4.0 < seconds(e) < 8.9]
     assert set(np.diff([e.stamp_ns for e in estimates])) == {10_000_000}
     index, frames = MODEL.dof_index["left_elbow_flexion"], run(samples)[1]

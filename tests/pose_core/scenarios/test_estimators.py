@@ -10,8 +10,8 @@ from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_sampl
 from pose_core.errors import ParameterError
 from pose_core.estimates.body_estimates import Source
 from pose_core.estimators import ESTIMATORS
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX
 
 START_NS = 10**18
@@ -19,7 +19,7 @@ WITH_CAMERAS = [name for name in ESTIMATORS if name != "imu"]
 
 
 def make(name):
-    return FusionPipeline(FusionParameters(estimator=name), extrinsics())
+    return Pipeline(PipelineParameters(estimator=name), extrinsics())
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +62,6 @@ def test_an_estimator_named_after_a_sensor_uses_only_that_sensor(session):
 
 
 def test_an_estimator_of_an_absent_sensor_is_refused():
-    parameters = FusionParameters(estimator="right", sensors=("left",))
+    parameters = PipelineParameters(estimator="right", sensors=("left",))
     with pytest.raises(ParameterError, match="the sensors are left"):
-        FusionPipeline(parameters)
+        Pipeline(parameters)

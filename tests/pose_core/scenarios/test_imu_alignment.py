@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import EVERY_SEGMENT, START_NS, imu_samples, merged, truth_at
 
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.imu.sensor_to_segment import Slip
 from pose_core.joints import JOINT_INDEX
 from pose_core.streams.samples import ImuSample
@@ -36,7 +36,7 @@ def session():
 
 
 def run(samples, **parameters):
-    pipeline = FusionPipeline(FusionParameters(**parameters), extrinsics())
+    pipeline = Pipeline(PipelineParameters(**parameters), extrinsics())
     return pipeline, fused(pipeline, samples)
 
 
@@ -201,7 +201,7 @@ def test_a_slipped_imu_does_not_keep_its_calibrated_alignment(session, rotvec, d
     """The calibration was right until the strap slipped about the bone, at once or within 0.3 s."""
     _, _, skeletons, imus = session
     reference, _ = run(merged(skeletons, imus))
-    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    pipeline = Pipeline(PipelineParameters(), extrinsics())
     pipeline.use_sensor_to_segment(reference.sensor_to_segment)
     slip_ns = START_NS + round(14e9)
     fused(pipeline, merged(skeletons, slipped(imus, "left_shank", slip_ns, rotvec, during_s)))
@@ -230,7 +230,7 @@ def test_a_slip_that_is_known_in_advance_costs_only_its_own_time(session):
         end_ns=slip_ns + 1000 * MS,
         after=replace(before, R_sensor_segment=turned),
     )
-    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    pipeline = Pipeline(PipelineParameters(), extrinsics())
     pipeline.use_sensor_to_segment({"left_shank": replace(before, slip=slip)})
     samples = merged(skeletons, slipped(imus, "left_shank", slip_ns, rotvec, 0.3))
     used = {}
@@ -250,7 +250,7 @@ def test_a_calibrated_alignment_of_another_time_is_replaced(session):
     reference, _ = run(merged(skeletons, imus))
     true = reference.sensor_to_segment["left_shank"]
     turned = true.R_sensor_segment @ Rotation.from_rotvec([1.2, 0.0, 0.0]).as_matrix()
-    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    pipeline = Pipeline(PipelineParameters(), extrinsics())
     pipeline.use_sensor_to_segment({"left_shank": replace(true, R_sensor_segment=turned)})
     fused(pipeline, merged(skeletons, imus))
     assert uses_of(pipeline)["left_shank"].contradictions >= 1
@@ -266,7 +266,7 @@ def test_imus_that_exchange_their_names_are_rejected_at_once(session):
     before = [s for s in merged(skeletons, imus) if s.stamp_ns < change_ns]
     after = [s for s in merged(skeletons, exchanged) if s.stamp_ns >= change_ns]
     reference, _ = run(before)
-    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    pipeline = Pipeline(PipelineParameters(), extrinsics())
     pipeline.use_sensor_to_segment(reference.sensor_to_segment)
     fused(pipeline, before + [s for s in after if s.stamp_ns < change_ns + 100 * MS])
     uses = uses_of(pipeline)

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics
 from worn_imus import IMU_SEGMENTS, START_NS, moving_wearer
 
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.streams.samples import ImuSample, SkeletonSample
 
 DURATION_S = 26.0
@@ -43,8 +43,8 @@ def arriving(samples, delay_ns):
 
 
 def run(samples, **parameters):
-    parameters = FusionParameters(output_rate=0.0, **parameters)  # each frame's estimate
-    pipeline = FusionPipeline(parameters, extrinsics())
+    parameters = PipelineParameters(output_rate=0.0, **parameters)  # each frame's estimate
+    pipeline = Pipeline(parameters, extrinsics())
     return pipeline, fused(pipeline, samples)
 
 
@@ -160,8 +160,8 @@ def test_a_new_pipeline_uses_the_alignment_of_the_previous_one(session):
     found = before.sensor_to_segment
     assert sorted(found) == sorted(IMU_SEGMENTS)
 
-    parameters = FusionParameters(output_rate=0.0)
-    after = FusionPipeline(parameters, extrinsics(), before.shape)
+    parameters = PipelineParameters(output_rate=0.0)
+    after = Pipeline(parameters, extrinsics(), before.shape)
     after.use_sensor_to_segment(found)
     fused(after, samples[until[0] : until[1]])
     assert aligned(after) == sorted(IMU_SEGMENTS)
@@ -197,9 +197,9 @@ def test_samples_out_of_order_are_counted_and_cause_no_step(session):
 def test_unused_imus_do_not_keep_the_output_alive(parameters, session):
     *_, skeletons, imus = session
     seen = [s for s in skeletons if not is_disturbed(s)]
-    alone = fused(FusionPipeline(FusionParameters(**parameters), extrinsics()), seen)
+    alone = fused(Pipeline(PipelineParameters(**parameters), extrinsics()), seen)
     samples = arriving([*seen, *imus], lambda _: 0)
-    pipeline = FusionPipeline(FusionParameters(**parameters), extrinsics())
+    pipeline = Pipeline(PipelineParameters(**parameters), extrinsics())
     estimates = fused(pipeline, samples)
     assert [e.stamp_ns for e in estimates] == [e.stamp_ns for e in alone]
     np.testing.assert_array_equal(

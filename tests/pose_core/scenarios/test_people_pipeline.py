@@ -9,8 +9,8 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from walking_person import POSES
 
 from pose_core.errors import ParameterError
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.people.pipeline import PeoplePipeline
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.stamps import NS_PER_S
@@ -26,7 +26,7 @@ TWO = [
 def fused(frames, **values):
     """The estimates by id, and the chain."""
     blocks = {}
-    parameters = FusionParameters(output_rate=0.0, **values)
+    parameters = PipelineParameters(output_rate=0.0, **values)
     pipeline = PeoplePipeline(
         parameters, lambda body_id, block: blocks.setdefault(body_id, []).append(block), PLACED
     )
@@ -46,7 +46,7 @@ def thigh_m(pipeline, body_id):
 
 
 def test_a_subject_with_an_id_of_other_people_is_refused_only_among_them():
-    alone = FusionParameters(subject="person_2")
+    alone = PipelineParameters(subject="person_2")
     assert PeoplePipeline(alone, lambda *_: None).people == ()
     with pytest.raises(ParameterError, match=r"person_2.*choose another name"):
         PeoplePipeline(replace(alone, max_people=2), lambda *_: None)
@@ -56,8 +56,8 @@ def test_estimates_of_one_person_equal_those_of_the_single_pipeline():
     _, dof = motion(4.0)
     rng = np.random.default_rng(7)
     samples = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), rng, 0.005)
-    parameters = FusionParameters(output_rate=0.0)
-    single = FusionPipeline(parameters, extrinsics())
+    parameters = PipelineParameters(output_rate=0.0)
+    single = Pipeline(parameters, extrinsics())
     expected = [e for sample in samples for e in single.add(sample)] + single.flush()
     blocks = []
     people = PeoplePipeline(parameters, lambda _, block: blocks.append(block), extrinsics())
@@ -93,7 +93,7 @@ def test_imus_while_a_returning_person_is_held_back_make_no_frame_late(is_live):
         return time_s < 3.0 or (index == 1 and time_s > 5.0)
 
     people = [walker((2.5, 0.0), (0.0, 0.0)), walker((2.5, 1.5), (0.0, 0.0), scale=0.85)]
-    parameters = FusionParameters(output_rate=0.0)
+    parameters = PipelineParameters(output_rate=0.0)
     pipeline = PeoplePipeline(parameters, lambda *_: None, PLACED, is_live=is_live)
     frames = {persons[0].stamp_ns: persons for persons, _ in frames_of(people, 14.0, there=there)}
     imus_ns = range(min(frames), max(frames), NS_PER_S // 50)
@@ -112,7 +112,7 @@ def test_imus_while_a_returning_person_is_held_back_make_no_frame_late(is_live):
 
 def test_imus_while_a_person_who_jumped_is_held_back_make_no_frame_late():
     """Until it is certain that it is the same person, the one before the jump is still known."""
-    pipeline = PeoplePipeline(FusionParameters(output_rate=0.0), lambda *_: None, PLACED)
+    pipeline = PeoplePipeline(PipelineParameters(output_rate=0.0), lambda *_: None, PLACED)
     shown = frames_of(TWO[:1], 8.0, ids=lambda *seen: "1" if seen[-1] < 5.0 else "2")
     frames = {persons[0].stamp_ns: persons for persons, _ in shown}
     jump_ns = min(frames) + 5 * NS_PER_S
@@ -159,7 +159,7 @@ def test_a_second_person_gets_own_bone_lengths():
 
 def test_samples_before_the_extrinsics_are_buffered(two):
     blocks = {}
-    parameters = FusionParameters(output_rate=0.0, max_people=2)
+    parameters = PipelineParameters(output_rate=0.0, max_people=2)
     pipeline = PeoplePipeline(parameters, lambda i, block: blocks.setdefault(i, []).append(block))
     for persons, _ in two[:200]:
         pipeline.add(persons)
@@ -171,7 +171,7 @@ def test_samples_before_the_extrinsics_are_buffered(two):
 
 
 def test_samples_too_old_for_the_buffer_are_counted(two):
-    pipeline = PeoplePipeline(FusionParameters(output_rate=0.0), lambda *_: None)
+    pipeline = PeoplePipeline(PipelineParameters(output_rate=0.0), lambda *_: None)
     first = two[0][0]
     pipeline.add(first)
     pipeline.add(imu_at(first[0].stamp_ns))

@@ -7,15 +7,15 @@ from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skel
 from worn_imus import START_NS, imu_samples, merged, truth_at
 
 from pose_core.estimates.body_estimates import Source
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX, TrackingState
 
-LI2020 = FusionParameters(estimator="li2020")
+LI2020 = PipelineParameters(estimator="li2020")
 
 
 def run(samples, parameters=None, placed=None):
-    pipeline = FusionPipeline(parameters or LI2020, placed or extrinsics())
+    pipeline = Pipeline(parameters or LI2020, placed or extrinsics())
     return pipeline, fused(pipeline, samples)
 
 
@@ -55,7 +55,7 @@ def test_knee_flexion_agrees_with_the_truth(plain):
 
 def test_the_outlet_receives_the_estimates_otherwise_returned(plain):
     _, _, samples, _, estimates = plain
-    pipeline = FusionPipeline(LI2020, extrinsics())
+    pipeline = Pipeline(LI2020, extrinsics())
     blocks = []
     pipeline.outlet = blocks.append
     assert fused(pipeline, samples) == []
@@ -92,7 +92,7 @@ def test_estimates_are_independent_of_the_interleaving_of_streams():
 
 def test_without_extrinsics_samples_are_counted_and_nothing_is_published(plain):
     _, _, samples, _, _ = plain
-    pipeline = FusionPipeline(LI2020)
+    pipeline = Pipeline(LI2020)
     assert [e for sample in samples[:50] for e in pipeline.add(sample)] == []
     assert pipeline.counters["skeletons_before_extrinsics"] == 50
     assert pipeline.status == "waiting for extrinsics"
@@ -101,7 +101,7 @@ def test_without_extrinsics_samples_are_counted_and_nothing_is_published(plain):
 def test_samples_before_the_extrinsics_measure_the_body_but_give_no_estimates():
     t, dof, skeletons = session(12.0)
     samples = merged(skeletons, imu_samples(t, dof, np.random.default_rng(6)))
-    pipeline = FusionPipeline(LI2020)
+    pipeline = Pipeline(LI2020)
     placed_ns = START_NS + 8 * 10**9
     estimates = []
     for sample in samples:
@@ -114,7 +114,7 @@ def test_samples_before_the_extrinsics_measure_the_body_but_give_no_estimates():
 
 def test_samples_waiting_for_extrinsics_are_bounded():
     _, _, samples = session(3.0)
-    pipeline = FusionPipeline(LI2020)
+    pipeline = Pipeline(LI2020)
     for shift_s in range(0, 200, 3):
         for sample in samples[::10]:
             pipeline.add(replace(sample, stamp_ns=sample.stamp_ns + shift_s * 10**9))
@@ -136,7 +136,7 @@ def test_samples_of_a_sensor_without_extrinsics_are_counted_and_not_used(estimat
     _, _, samples = session(4.0)
     both = extrinsics()
     left = replace(both, T_reference_sensor={"left": both.T_reference_sensor["left"]})
-    pipeline, estimates = run(samples, FusionParameters(estimator=estimator), left)
+    pipeline, estimates = run(samples, PipelineParameters(estimator=estimator), left)
     right = sum(sample.sensor == "right" for sample in samples)
     assert pipeline.counters["skeletons_of_unknown_sensors"] == right
     assert len(estimates) > 30

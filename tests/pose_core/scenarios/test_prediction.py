@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 
 MS = 1_000_000
 START_NS = 10**18
@@ -21,7 +21,7 @@ def moving():
 
 def fed(samples, ask_after_ns=()):
     """Estimates, and the predictions asked for after each."""
-    pipeline = FusionPipeline(FusionParameters(output_rate=0.0), extrinsics())
+    pipeline = Pipeline(PipelineParameters(output_rate=0.0), extrinsics())
     estimates, predictions = [], []
     for sample in samples:
         new = pipeline.add(sample)
@@ -59,7 +59,7 @@ def test_deviation_grows_with_the_prediction_horizon(moving):
 
 def test_there_is_no_prediction_before_the_first_pose_or_long_after_the_last_frame(moving):
     *_, samples = moving
-    pipeline = FusionPipeline(FusionParameters(output_rate=0.0), extrinsics())
+    pipeline = Pipeline(PipelineParameters(output_rate=0.0), extrinsics())
     assert pipeline.predict(START_NS) is None
     last = [e for sample in samples[:200] for e in pipeline.add(sample)][-1]
     assert pipeline.predict(last.stamp_ns + 100 * MS) is not None
@@ -70,7 +70,7 @@ def test_there_is_no_prediction_before_the_first_pose_or_long_after_the_last_fra
 def test_predictions_have_their_own_stamp_and_do_not_consume_estimates(moving):
     *_, samples = moving
     asked, given = [], []
-    pipeline = FusionPipeline(FusionParameters(output_rate=100.0), extrinsics())
+    pipeline = Pipeline(PipelineParameters(output_rate=100.0), extrinsics())
     for index, sample in enumerate(samples):
         given += pipeline.add(sample)
         if index > 150 and index % 10 == 0:

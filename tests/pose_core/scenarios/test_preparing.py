@@ -8,8 +8,8 @@ import importlib, pkgutil
 import pose_core.filter
 import pose_core.kernels
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.streams.samples import SkeletonSample
 
 modules = [
@@ -31,7 +31,7 @@ def ready():
 session = bench_session(
     SessionSpec(choreography="leg_lift_march", level="typical", seed=1, duration_s=9.0)
 )
-pipeline = FusionPipeline(FusionParameters(), session.extrinsics)
+pipeline = Pipeline(PipelineParameters(), session.extrinsics)
 before = ready()
 estimates = 0
 for sample in session.samples:

@@ -9,8 +9,8 @@ from synthetic_body import MODEL, extrinsics
 from worn_imus import START_NS, merged, moving_wearer, truth_at
 
 from pose_core.estimates.body_estimates import Source
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX, TrackingState
 
 KNEE = MODEL.dof_index["left_knee_flexion"]
@@ -23,7 +23,7 @@ def session():
 
 
 def run(samples, estimator="zhang2015"):
-    pipeline = FusionPipeline(FusionParameters(estimator=estimator), extrinsics())
+    pipeline = Pipeline(PipelineParameters(estimator=estimator), extrinsics())
     return pipeline, fused(pipeline, samples)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from pose_core.api import FusionParameters, InputError, body_model_of, load_body_model
+from pose_core.api import InputError, PipelineParameters, body_model_of, load_body_model
 from pose_core.body.joint_rotations import link_angles
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import ROOT_DOF, available_models
@@ -30,7 +30,7 @@ def add_neck_rotation(document):
 
 def test_a_file_is_named_by_its_path(tmp_path):
     path = written(tmp_path, add_neck_rotation)
-    model = body_model_of(FusionParameters(body_model=path))
+    model = body_model_of(PipelineParameters(body_model=path))
     assert model.name == "own"
     assert model.angle_names[-1] == "neck_rotation"
 

@@ -7,7 +7,7 @@ from pose_core.body.model import load_body_model
 from pose_core.body.shape import shape_of
 from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
 from pose_core.imu.imu_history import ImuMeasurement, measurements_of
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -19,7 +19,7 @@ FRAMES = 150  # enough for IMUs whose mounting is known to be aligned
 
 def run(readings):
     """An estimator that has seen a person stand, with these IMUs turning in the end; its angles."""
-    parameters = FusionParameters(sensors=("left",))
+    parameters = PipelineParameters(sensors=("left",))
     shape = shape_of(MODEL, neutral_pose())
     runner = EstimatorRunner(MODEL, parameters, Counters(*runner_counters(parameters)))
     known = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05), residual=0.0)

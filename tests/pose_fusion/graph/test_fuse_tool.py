@@ -12,8 +12,8 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from pose_calibration.session_calibration import complete
 from pose_core.body.model import load_body_model
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_fusion.tools import fuse
 from pose_io.bags import open_bag
 
@@ -76,9 +76,7 @@ def test_fusing_twice_gives_identical_bytes_of_messages(bag, fused, tmp_path):
 def test_joint_states_of_the_bag_equal_those_of_the_pipeline(fused, samples):
     with open_bag(fused) as opened:
         states = [opened.deserialize(m) for m in opened.messages([f"{BODY}/joint_states"])]
-    pipeline = FusionPipeline(
-        FusionParameters(), complete([[one] for one in samples], extrinsics())
-    )
+    pipeline = Pipeline(PipelineParameters(), complete([[one] for one in samples], extrinsics()))
     expected = [e for sample in samples for e in pipeline.add(sample)] + pipeline.flush()
     assert len(states) == len(expected)
     assert tuple(states[0].name) == load_body_model("default").angle_names

@@ -17,8 +17,8 @@ from tf2_msgs.msg import TFMessage
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.body.model import load_body_model
 from pose_core.errors import InputError, ParameterError
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINTS
 from pose_core.stamps import nanoseconds
 from pose_fusion.conversions import to_static_tf
@@ -97,7 +97,7 @@ def test_live_output_is_identical_to_offline_output(
     urdfs = ros_context.collect(String, f"{BODY}/urdf", LATCHED)
     feed(fusion, samples)
 
-    pipeline = FusionPipeline(FusionParameters(output_rate=0.0), fusion.pipeline.extrinsics)
+    pipeline = Pipeline(PipelineParameters(output_rate=0.0), fusion.pipeline.extrinsics)
     offline = [e for sample in samples for e in pipeline.add(sample)]
     ros_context.spin_until(lambda: len(states) == len(offline), what="all joint states")
     ros_context.spin_until(lambda: len(estimates) == len(skeletons) == len(states))

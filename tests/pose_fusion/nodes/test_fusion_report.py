@@ -7,7 +7,7 @@ import pytest
 from synthetic_body import extrinsics
 from worn_imus import merged, moving_wearer
 
-from pose_core.api import FusionParameters, PeoplePipeline
+from pose_core.api import PeoplePipeline, PipelineParameters
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuSample
@@ -29,7 +29,7 @@ def report_of(change_rate):
         else s
         for s in imus
     ]
-    parameters = FusionParameters()
+    parameters = PipelineParameters()
     pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
     for sample in merged(skeletons, imus):
         pipeline.add(sample if isinstance(sample, ImuSample) else [sample])
@@ -63,7 +63,7 @@ def test_an_imu_without_a_gyroscope_causes_no_warning():
 
 def test_sources_excluded_for_one_reason_share_a_remark():
     _, _, skeletons, _ = moving_wearer(1.0)
-    parameters = FusionParameters()
+    parameters = PipelineParameters()
     pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
     judge = StampJudge()
     for sample in skeletons:
@@ -79,7 +79,7 @@ def test_sources_excluded_for_one_reason_share_a_remark():
 
 def test_nobody_being_chosen_is_a_warning():
     _, _, skeletons, _ = moving_wearer(3.0)
-    parameters = FusionParameters()
+    parameters = PipelineParameters()
     pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
     for sample in skeletons:
         pipeline.add([sample])

@@ -16,7 +16,7 @@ from pose_calibration.imus.imu_calibration import Phase
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.imus.section import save_alignments
 from pose_core.errors import InputError
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.streams.clocks import Clock
 from pose_core.streams.samples import SkeletonSample
@@ -54,9 +54,7 @@ def test_the_fusion_uses_the_alignments_of_the_sessions_file(
     ros_context, session_file, parameter, monkeypatch
 ):
     taken = []
-    monkeypatch.setattr(
-        FusionPipeline, "use_sensor_to_segment", lambda _, each: taken.append(list(each))
-    )
+    monkeypatch.setattr(Pipeline, "use_sensor_to_segment", lambda _, each: taken.append(list(each)))
     overrides = [Parameter(parameter, value=str(session_file))]
     ros_context.add(FusionNode(parameter_overrides=overrides))
     assert taken == [["left_thigh"]]
@@ -75,7 +73,7 @@ def test_a_restarted_fusion_uses_the_last_imu_alignment(ros_context, monkeypatch
     assert "left_thigh" in found
 
     taken = []
-    monkeypatch.setattr(FusionPipeline, "use_sensor_to_segment", lambda _, each: taken.append(each))
+    monkeypatch.setattr(Pipeline, "use_sensor_to_segment", lambda _, each: taken.append(each))
     ros_context.add(FusionNode(parameter_overrides=overrides))
     assert set(taken[0]) == set(found)
     R, R_found = (each["left_thigh"].R_sensor_segment for each in (taken[0], found))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pose_calibration.session_calibration import calibrate
-from pose_core.api import FusionParameters, FusionPipeline, SkeletonSample, series_of_estimates
+from pose_core.api import Pipeline, PipelineParameters, SkeletonSample, series_of_estimates
 from pose_io.samples import read_samples
 
 pytestmark = pytest.mark.data
@@ -33,7 +33,7 @@ def fused(recorded, from_s=0.0, live=False):
     """What ``./pose fuse`` makes of a recording from some instant on, or the live graph."""
     sensors, begin_ns, samples = recorded
     samples = [each for each in samples if each.stamp_ns - begin_ns >= from_s * 1e9]
-    pipeline = FusionPipeline(FusionParameters(sensors=sensors))
+    pipeline = Pipeline(PipelineParameters(sensors=sensors))
     known = samples
     if live:
         known = [each for each in samples if each.stamp_ns - begin_ns < LIVE_S * 1e9]

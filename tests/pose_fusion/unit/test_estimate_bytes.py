@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_fusion.conversions import to_bag_message, to_messages
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_io.cdr.message_template import MessageTemplate
@@ -18,7 +18,7 @@ def test_serialised_estimates_equal_the_messages(estimator):
     samples = skeleton_samples(
         kinematics().pose(dof).positions, extrinsics(), np.random.default_rng(2), 0.005
     )
-    pipeline = FusionPipeline(FusionParameters(estimator=estimator), extrinsics())
+    pipeline = Pipeline(PipelineParameters(estimator=estimator), extrinsics())
     blocks = []
     pipeline.outlet = blocks.append
     for sample in samples:

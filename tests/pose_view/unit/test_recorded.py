@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from viewed_bag import BODIES, write_viewed_bag
 
-from pose_core.api import FusionParameters, extrinsics_from_map
+from pose_core.api import PipelineParameters, extrinsics_from_map
 from pose_core.errors import InputError
 from pose_io.bag_samples import BagFrames
 from pose_io.bag_writer import BagWriter
@@ -74,7 +74,7 @@ def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded, monk
     with open_bag(recording[0]) as bag:
         missing = missing_bodies(recorded, BODIES, bag)
         extrinsics = extrinsics_from_map(recorded.sensors)
-        fusion = FusionParameters(sensors=extrinsics.sensors, subject="subject_kinect")
+        fusion = PipelineParameters(sensors=extrinsics.sensors, subject="subject_kinect")
         computed, left_out = compute_bodies(bag, "kinect", fusion, extrinsics, lambda share: None)
 
     assert left_out == ("IMU torso: 5 samples left out",)

@@ -11,7 +11,7 @@ from exported_motion import write_motion_bag
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from imu_bridge.protocols import PROTOCOLS, ProtocolEntry
-from pose_core.api import ESTIMATORS, FusionParameters, FusionPipeline, load_body_model
+from pose_core.api import ESTIMATORS, Pipeline, PipelineParameters, load_body_model
 from pose_core.joints import JOINTS
 from pose_fusion.tools import export
 from pose_io.export.registry import EXPORTERS
@@ -53,7 +53,7 @@ def test_an_estimator_is_added_by_a_file_and_a_line(new_module, monkeypatch):
     samples = skeleton_samples(
         kinematics().pose(dof).positions, extrinsics(), np.random.default_rng(1), 0.005
     )
-    pipeline = FusionPipeline(FusionParameters(estimator=name, use_imus=False), extrinsics())
+    pipeline = Pipeline(PipelineParameters(estimator=name, use_imus=False), extrinsics())
     estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
     assert len(estimates) > 30
     for estimate in estimates:

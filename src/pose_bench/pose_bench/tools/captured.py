@@ -14,7 +14,7 @@ from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
 from pose_bench.pool import add_jobs_argument, run_all
 from pose_bench.tools.showing import publish
-from pose_core.api import FusionParameters
+from pose_core.api import PipelineParameters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_core.parameters import specs as parameter_specs
@@ -108,7 +108,7 @@ def chosen_methods(arguments: argparse.Namespace) -> tuple[CapturedMethod, ...]:
         return imu_set_methods()
     if arguments.ablation:
         return ablation_methods()
-    there = parameter_specs(FusionParameters)["estimator"][1].choices or ()
+    there = parameter_specs(PipelineParameters)["estimator"][1].choices or ()
     wanted = arguments.methods or [method.name for method in METHODS]
     return tuple(m for m in METHODS if m.name in wanted and m.estimator in there)
 

@@ -16,8 +16,8 @@ from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.api import (
     BodyEstimate,
-    FusionParameters,
-    FusionPipeline,
+    Pipeline,
+    PipelineParameters,
     SkeletonSample,
     angle_series,
     wrapped,
@@ -42,10 +42,10 @@ class PredictionErrors:
 
 def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErrors:
     """Process a session in the order of arrival, and predict to each instant of the truth."""
-    parameters = FusionParameters(
+    parameters = PipelineParameters(
         sensors=session.extrinsics.sensors, use_imus=use_imus, output_rate=0.0
     )
-    pipeline = FusionPipeline(parameters, session.extrinsics, is_live=True)
+    pipeline = Pipeline(parameters, session.extrinsics, is_live=True)
     truth = session.judged_truth
     stamps_ns = truth.stamps_ns.tolist()
     asked = list(_asked(session, pipeline, stamps_ns, use_imus))
@@ -71,7 +71,7 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
 
 
 def _asked(
-    session: BenchSession, pipeline: FusionPipeline, stamps_ns: list[int], use_imus: bool
+    session: BenchSession, pipeline: Pipeline, stamps_ns: list[int], use_imus: bool
 ) -> Iterator[tuple[int, BodyEstimate, BodyEstimate]]:
     """Time [ns], last output and prediction, at each instant with both."""
     last: BodyEstimate | None = None

@@ -17,8 +17,8 @@ from pose_core.api import (
     BodyShape,
     EstimateBlock,
     Extrinsics,
-    FusionParameters,
     PeoplePipeline,
+    PipelineParameters,
     StampJudge,
     make_urdf,
     warm_up,
@@ -52,7 +52,7 @@ class LiveSession:
     """
 
     def __init__(self, extrinsics: Extrinsics, max_people: int, output_rate: float) -> None:
-        parameters = FusionParameters(
+        parameters = PipelineParameters(
             sensors=SENSORS, max_people=max_people, output_rate=output_rate
         )
         self.fusion = PeoplePipeline(parameters, self._publish, extrinsics, is_live=True)

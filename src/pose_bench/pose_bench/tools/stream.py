@@ -17,10 +17,10 @@ from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
     ROOT_DOF,
     Extrinsics,
-    FusionParameters,
-    FusionPipeline,
     ImuBlock,
     ImuSample,
+    Pipeline,
+    PipelineParameters,
     PoseError,
     SkeletonSample,
     extrinsics_from_map,
@@ -182,10 +182,10 @@ def quality_of(
     use_imus: bool,
 ) -> StreamQuality | None:
     """Fuse samples by the default estimator and evaluate the output; None without output."""
-    parameters = FusionParameters(
+    parameters = PipelineParameters(
         sensors=extrinsics.sensors, use_imus=use_imus, output_rate=output_rate
     )
-    pipeline = FusionPipeline(parameters, extrinsics)
+    pipeline = Pipeline(parameters, extrinsics)
     estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
     estimates += pipeline.flush()
     return measure_stream(stream_of(estimates, pipeline.model)) if len(estimates) > 1 else None

@@ -14,7 +14,7 @@ from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.crossed_limbs_check import CrossedLimbsCheck
 from pose_core.filter.error_state_filter import ErrorStateFilter
@@ -68,7 +68,7 @@ class DefaultEstimator(StepwiseEstimator):
         self,
         model: BodyModel,
         shape: BodyShape,
-        parameters: FusionParameters,
+        parameters: PipelineParameters,
         counters: Counters,
         tuning: FilterTuning | None = None,
     ) -> None:

@@ -10,7 +10,7 @@ from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import EstimatedPose, TimedPose
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.uncertainty import LIVE, VarianceCalibrations
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
@@ -46,7 +46,7 @@ class Estimator(ABC):
         self,
         model: BodyModel,
         shape: BodyShape,
-        parameters: FusionParameters,
+        parameters: PipelineParameters,
         counters: Counters,
     ) -> None:
         self.model = model
@@ -55,7 +55,7 @@ class Estimator(ABC):
         self.counters = counters
 
     @classmethod
-    def check(cls, parameters: FusionParameters) -> None:
+    def check(cls, parameters: PipelineParameters) -> None:
         """Raise :class:`pose_core.errors.ParameterError` for parameters that it cannot use."""
         del parameters  # most accept any
 

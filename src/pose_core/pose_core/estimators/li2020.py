@@ -15,7 +15,7 @@ from pose_core.estimates.body_estimates import Source
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.stamps import NS_PER_S
@@ -42,7 +42,7 @@ class Li2020Estimator(StepwiseEstimator):
         self._root_vector: FloatArray | None = None
 
     @classmethod
-    def check(cls, parameters: FusionParameters) -> None:
+    def check(cls, parameters: PipelineParameters) -> None:
         """Check that the library with the sigma points' weights is installed."""
         del parameters
         if find_spec("filterpy") is None:

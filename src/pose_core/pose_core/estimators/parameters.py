@@ -8,7 +8,7 @@ from pose_core.parameters import NAME, NAME_ENDING, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
-class FusionParameters(Li2020Parameters):
+class PipelineParameters(Li2020Parameters):
     """Parameters of the pipeline from samples to estimates."""
 
     estimator: str = parameter("default", choices=tuple(ESTIMATORS), doc="name of the estimator")

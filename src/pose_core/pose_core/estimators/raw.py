@@ -8,7 +8,7 @@ from pose_core.errors import ParameterError
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.pose_of_joints import PoseOfJoints
 from pose_core.finite_numbers import nan_mean
 
@@ -25,7 +25,7 @@ class MeanOfSensors(StepwiseEstimator):
         self._pose = PoseOfJoints(self.model, self.shape)
 
     @classmethod
-    def check(cls, parameters: FusionParameters) -> None:
+    def check(cls, parameters: PipelineParameters) -> None:
         """Check that the sensor is among the sensors."""
         if cls.SENSOR and cls.SENSOR not in parameters.sensors:
             raise ParameterError(

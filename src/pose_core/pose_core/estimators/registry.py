@@ -8,7 +8,7 @@ from pose_core.estimators import ESTIMATORS
 
 if TYPE_CHECKING:
     from pose_core.estimators.estimator import Estimator
-    from pose_core.estimators.parameters import FusionParameters
+    from pose_core.estimators.parameters import PipelineParameters
 
 
 def estimator_class(name: str) -> "type[Estimator]":
@@ -18,7 +18,7 @@ def estimator_class(name: str) -> "type[Estimator]":
     return found
 
 
-def body_model_of(parameters: "FusionParameters") -> BodyModel:
+def body_model_of(parameters: "PipelineParameters") -> BodyModel:
     """The body model in the parameters, or the one that their estimator was designed for."""
     name = parameters.body_model
     return load_body_model(

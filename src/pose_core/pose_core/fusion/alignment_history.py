@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment, Slip
 from pose_core.kernels.rotations import logarithm
 from pose_core.stamps import NS_PER_S
@@ -39,7 +39,7 @@ class AlignmentHistory:
         self._estimates: dict[str, _Estimates] = {}
         self._last_ns: int | None = None
 
-    def note(self, pipeline: FusionPipeline) -> None:
+    def note(self, pipeline: Pipeline) -> None:
         """Note the present estimates, once a second."""
         stamp_ns = pipeline.newest_ns
         if self._last_ns is not None and 0 <= stamp_ns - self._last_ns < PERIOD_NS:
@@ -61,7 +61,7 @@ class AlignmentHistory:
             while len(own.recent) > 1 and own.recent[1][0] <= stamp_ns - SHOWS_NS:
                 own.recent.popleft()
 
-    def initial(self, pipeline: FusionPipeline) -> SensorsToSegments:
+    def initial(self, pipeline: Pipeline) -> SensorsToSegments:
         """The alignments at the beginning, of the IMUs that are aligned at the recording's end."""
         return {
             segment: self._initial(segment, final)

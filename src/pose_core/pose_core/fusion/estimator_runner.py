@@ -11,7 +11,7 @@ from pose_core.estimates.body_estimates import BodyEstimate, EstimateBlock
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import PoseBlock, StateBlock, TimedPose, block_of_poses
 from pose_core.estimators.estimator import Estimator
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import estimator_class
 from pose_core.fusion.output import StateOutput
 from pose_core.fusion.output_grid import has_output_rate
@@ -20,10 +20,10 @@ from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.stamps import NS_PER_S
 
-EstimatorMaker = Callable[[BodyModel, BodyShape, FusionParameters, Counters], Estimator]
+EstimatorMaker = Callable[[BodyModel, BodyShape, PipelineParameters, Counters], Estimator]
 
 
-def runner_counters(parameters: FusionParameters) -> tuple[str, ...]:
+def runner_counters(parameters: PipelineParameters) -> tuple[str, ...]:
     """Names of the counters of an :class:`EstimatorRunner`."""
     return ("estimates", *estimator_class(parameters.estimator).COUNTERS)
 
@@ -45,7 +45,7 @@ class EstimatorRunner:
 
     Args:
         model: The body model.
-        parameters: See :class:`FusionParameters`.
+        parameters: See :class:`PipelineParameters`.
         counters: Declares :func:`runner_counters`.
         make: Factory of the estimator; its class if None.
 
@@ -56,7 +56,7 @@ class EstimatorRunner:
     def __init__(
         self,
         model: BodyModel,
-        parameters: FusionParameters,
+        parameters: PipelineParameters,
         counters: Counters,
         make: EstimatorMaker | None = None,
     ) -> None:

@@ -5,10 +5,10 @@ from dataclasses import replace
 from typing import TypeVar
 
 from pose_core.estimates.body_estimates import BodyEstimate
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import estimator_class
 from pose_core.fusion.alignment_history import AlignmentHistory
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
@@ -19,7 +19,7 @@ from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 def fuse(
     samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
     extrinsics: Extrinsics,
-    parameters: FusionParameters | None = None,
+    parameters: PipelineParameters | None = None,
 ) -> EstimateSeries:
     """Estimate one person's pose over a recording.
 
@@ -31,8 +31,8 @@ def fuse(
     Returns:
         Degrees of freedom over time with standard deviations; no rows if there was no pose.
     """
-    parameters = parameters or FusionParameters(sensors=extrinsics.sensors)
-    pipeline = FusionPipeline(parameters, extrinsics)
+    parameters = parameters or PipelineParameters(sensors=extrinsics.sensors)
+    pipeline = Pipeline(parameters, extrinsics)
     before = first_pass(parameters)
     if before is not None:
         samples = list(samples)
@@ -45,7 +45,7 @@ def fuse(
     return series_of_estimates([*estimates, *pipeline.flush()])
 
 
-Parameters = TypeVar("Parameters", bound=FusionParameters)
+Parameters = TypeVar("Parameters", bound=PipelineParameters)
 
 
 def first_pass(parameters: Parameters) -> Parameters | None:
@@ -62,10 +62,10 @@ def first_pass(parameters: Parameters) -> Parameters | None:
 def initial_alignments(
     samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
     extrinsics: Extrinsics,
-    parameters: FusionParameters,
+    parameters: PipelineParameters,
 ) -> SensorsToSegments:
     """Alignments at the beginning of one person's recording, by a :func:`first_pass`."""
-    pipeline, history = FusionPipeline(parameters, extrinsics), AlignmentHistory()
+    pipeline, history = Pipeline(parameters, extrinsics), AlignmentHistory()
     for sample in in_order(samples, extrinsics.clocks):
         pipeline.add(sample)
         history.note(pipeline)

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import estimator_class
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 
-def has_output_rate(parameters: FusionParameters) -> bool:
+def has_output_rate(parameters: PipelineParameters) -> bool:
     """Whether estimates are made at ``output_rate``; otherwise one for each frame."""
     can_predict = estimator_class(parameters.estimator).CAN_PREDICT
     return can_predict and parameters.output_rate > 0.0

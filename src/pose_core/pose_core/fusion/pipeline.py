@@ -14,7 +14,7 @@ from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimates.body_estimates import BodyEstimate, EstimateBlock
 from pose_core.estimates.observation import Observation
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import body_model_of
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
 from pose_core.fusion.output_grid import OutputGrid, has_output_rate
@@ -34,11 +34,11 @@ LONGEST_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer
 BLOCK = 50  # [estimates] of a recording that are published together
 
 
-class FusionPipeline:
+class Pipeline:
     """Estimates one person's pose from skeleton and IMU samples.
 
     Args:
-        parameters: See :class:`FusionParameters`.
+        parameters: See :class:`PipelineParameters`.
         extrinsics: Poses of the sensors; may be set later (:meth:`use_extrinsics`).
         shape: The person's body measures; measured from the first samples if None.
         is_live: Whether the caller requests estimates with :meth:`publish_until`. Otherwise,
@@ -48,7 +48,7 @@ class FusionPipeline:
 
     def __init__(
         self,
-        parameters: FusionParameters,
+        parameters: PipelineParameters,
         extrinsics: Extrinsics | None = None,
         shape: BodyShape | None = None,
         *,

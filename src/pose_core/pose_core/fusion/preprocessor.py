@@ -13,7 +13,7 @@ from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import estimator_class
 from pose_core.fusion import sample_buffer
 from pose_core.fusion.frame_queue import FrameQueue
@@ -50,15 +50,15 @@ class Preprocessor:
 
     Args:
         model: The body model.
-        parameters: See :class:`FusionParameters`.
+        parameters: See :class:`PipelineParameters`.
         counters: Declares :data:`COUNTERS`.
-        is_live: See :class:`pose_core.fusion.pipeline.FusionPipeline`.
+        is_live: See :class:`pose_core.fusion.pipeline.Pipeline`.
     """
 
     def __init__(
         self,
         model: BodyModel,
-        parameters: FusionParameters,
+        parameters: PipelineParameters,
         counters: Counters,
         *,
         is_live: bool = False,

@@ -12,7 +12,7 @@ from pose_core.body.shape import BodyShape, shape_of
 from pose_core.counters import Counters
 from pose_core.estimates.body_estimates import EstimateBlock
 from pose_core.estimates.observation import Observation
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
 from pose_core.fusion.sensor_frames import SensorsInMap
 from pose_core.imu.imu_history import ImuMeasurements
@@ -58,7 +58,7 @@ def run_once(
     shape = shape_of(model, neutral_pose())
     # Estimators of a single sensor need its name among the sensors.
     sensors = tuple(PLACES)
-    parameters = FusionParameters(estimator=estimator, sensors=sensors, output_rate=0.0)
+    parameters = PipelineParameters(estimator=estimator, sensors=sensors, output_rate=0.0)
     in_map = SensorsInMap(sensors, _extrinsics())
     counters = Counters(*runner_counters(parameters))
     runner = EstimatorRunner(model, parameters, counters, make)

@@ -1,4 +1,4 @@
-"""A :class:`FusionPipeline` for each person whose pose is estimated."""
+"""A :class:`Pipeline` for each person whose pose is estimated."""
 
 import re
 from collections.abc import Callable, Collection, Iterator, Sequence
@@ -9,8 +9,8 @@ from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
 from pose_core.estimates.body_estimates import EstimateBlock
-from pose_core.estimators.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.estimators.parameters import PipelineParameters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.people.body_size import is_of_size
 from pose_core.people.person_track import PersonTrack, Presence
@@ -31,7 +31,7 @@ class PersonPipelines:
         parameters: Of every pipeline; ``subject`` and ``max_people`` are used here.
         outlet: Receives a person's id and each block of their estimates.
         counters: Declares :data:`COUNTERS`.
-        is_live: See :class:`FusionPipeline`.
+        is_live: See :class:`Pipeline`.
 
     Raises:
         ParameterError: If ``subject`` is an id of other people.
@@ -43,7 +43,7 @@ class PersonPipelines:
 
     def __init__(
         self,
-        parameters: FusionParameters,
+        parameters: PipelineParameters,
         outlet: Callable[[str, EstimateBlock], None],
         counters: Counters,
         *,
@@ -61,14 +61,14 @@ class PersonPipelines:
         self._extrinsics: Extrinsics | None = None
         self._alignments: SensorsToSegments = {}
         self._shape: BodyShape | None = None
-        self._by_person: dict[int, FusionPipeline] = {}
+        self._by_person: dict[int, Pipeline] = {}
         self._is_given_shape_used = True
         self._unchecked: int | None = None  # whose size is still to be compared with it
         self._is_subject_found = False
         self.estimates: dict[str, int] = {}
         self.subject = self._make(parameters.subject)
 
-    def __iter__(self) -> Iterator[FusionPipeline]:
+    def __iter__(self) -> Iterator[Pipeline]:
         """All pipelines, the subject's first."""
         yield self.subject
         yield from [each for each in self._by_person.values() if each is not self.subject]
@@ -107,7 +107,7 @@ class PersonPipelines:
             pipeline.use_clocks(clocks)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
-        """Use known mountings of the subject's IMUs; see :class:`FusionPipeline`."""
+        """Use known mountings of the subject's IMUs; see :class:`Pipeline`."""
         self._alignments = alignments
         self.subject.use_sensor_to_segment(alignments)
 
@@ -133,7 +133,7 @@ class PersonPipelines:
             self._is_subject_found, self._unchecked = True, number
         self._assign(number, self.subject)
 
-    def find(self, number: int, tracks: Sequence[PersonTrack]) -> FusionPipeline | None:
+    def find(self, number: int, tracks: Sequence[PersonTrack]) -> Pipeline | None:
         """A person's pipeline, made if they have none; ``None`` if ``max_people`` have one.
 
         Args:
@@ -185,14 +185,14 @@ class PersonPipelines:
         of_calibration = self._extrinsics is not None and self._extrinsics.body is not None
         return self._shape is not None or of_calibration
 
-    def _make(self, body_id: str) -> FusionPipeline:
+    def _make(self, body_id: str) -> Pipeline:
         parameters = replace(self._parameters, subject=body_id)
-        pipeline = FusionPipeline(parameters, is_live=self._is_live)
+        pipeline = Pipeline(parameters, is_live=self._is_live)
         if self._extrinsics is not None:
             pipeline.use_extrinsics(replace(self._extrinsics, body=None))
         return pipeline
 
-    def _assign(self, number: int, pipeline: FusionPipeline) -> FusionPipeline:
+    def _assign(self, number: int, pipeline: Pipeline) -> Pipeline:
         self._by_person[number] = pipeline
         pipeline.outlet = partial(self._publish, number)
         return pipeline

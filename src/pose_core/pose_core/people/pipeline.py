@@ -1,4 +1,4 @@
-"""A pose for each of several people: one :class:`FusionPipeline` a person, live and offline alike.
+"""A pose for each of several people: one :class:`Pipeline` a person, live and offline alike.
 
 Frames go in as the sensors give them, with everybody in them. The subject's estimates are published
 under the parameter ``subject``, everybody else's as ``person_<number>``; a number is never used
@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimates.body_estimates import EstimateBlock
-from pose_core.estimators.parameters import FusionParameters
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion import sample_buffer
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.people import person_pipelines
@@ -33,10 +33,10 @@ class PeoplePipeline:
     """Turns frames of several people and IMU samples into estimates of each one's pose.
 
     Args:
-        parameters: See :class:`FusionParameters`; ``person`` and ``max_people`` are used here.
+        parameters: See :class:`PipelineParameters`; ``person`` and ``max_people`` are used here.
         outlet: Receives a person's id and each block of their estimates, as soon as it is there.
         extrinsics: Where the sensors are; may come later (:meth:`use_extrinsics`).
-        is_live: See :class:`FusionPipeline`.
+        is_live: See :class:`Pipeline`.
 
     Attributes:
         choice: The choice of the subject, by the rule ``person``.
@@ -50,7 +50,7 @@ class PeoplePipeline:
 
     def __init__(
         self,
-        parameters: FusionParameters,
+        parameters: PipelineParameters,
         outlet: Callable[[str, EstimateBlock], None],
         extrinsics: Extrinsics | None = None,
         *,
@@ -80,7 +80,7 @@ class PeoplePipeline:
             self.use_extrinsics(extrinsics)
 
     @property
-    def subject(self) -> FusionPipeline:
+    def subject(self) -> Pipeline:
         """The subject's pipeline; it is there before anybody is."""
         return self._pipelines.subject
 

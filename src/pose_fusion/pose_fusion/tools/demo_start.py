@@ -40,12 +40,12 @@ def ready_estimator(console: Console) -> None:
     """Compile the estimator if needed, which takes longer than the time limit of nodes."""
     with console.status("preparing the estimator; it is compiled at the first start on a machine"):
         from pose_core.api import (
-            FusionParameters,  # takes a second to load
-            FusionPipeline,
+            Pipeline,
+            PipelineParameters,  # takes a second to load
         )
         from pose_io.preparing import prepare_reading
 
-        FusionPipeline(FusionParameters())
+        Pipeline(PipelineParameters())
         prepare_reading()
 
 

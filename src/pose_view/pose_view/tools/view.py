@@ -12,7 +12,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import Progress
 
-from pose_core.api import EstimateBlock, Extrinsics, FusionParameters, PeoplePipeline
+from pose_core.api import EstimateBlock, Extrinsics, PeoplePipeline, PipelineParameters
 from pose_core.errors import PoseError
 from pose_core.parameters import add_arguments, from_arguments
 from pose_fusion.session_extrinsics import find_extrinsics
@@ -65,7 +65,7 @@ def missing_bodies(recorded: Recorded, bodies: tuple[str, ...], bag: BagReader) 
 def compute_bodies(
     bag: BagReader,
     kind: str,
-    parameters: FusionParameters,
+    parameters: PipelineParameters,
     extrinsics: Extrinsics,
     progress: Callable[[float], None],
 ) -> tuple[dict[str, list[BodySnapshot]], Sequence[str]]:
@@ -156,7 +156,7 @@ def read(
         missing = missing_bodies(recorded, bodies, bag)
         if not missing:
             return recorded
-        fusion = FusionParameters(sensors=tuple(sensor_topics(bag)), person=person)
+        fusion = PipelineParameters(sensors=tuple(sensor_topics(bag)), person=person)
         try:
             extrinsics = find_extrinsics(bag, fusion.sensors, console)
         except PoseError as error:
