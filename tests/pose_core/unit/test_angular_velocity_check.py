@@ -140,3 +140,40 @@ def test_an_angular_velocity_that_is_not_finite_any_more_is_named_until_it_is_me
     assert np.isfinite(checked.angular_velocity).all()
     check.checked(samples.rows(slice(2 * third, 3 * third)))
     assert not check.faults
+
+
+INVERSES = {
+    "inverse": lambda orientations: orientations.inv(),
+    "w x y z": lambda orientations: Rotation.from_quat(np.roll(orientations.as_quat(), 1, axis=1)),
+}
+
+
+@pytest.mark.parametrize("way", INVERSES)
+@pytest.mark.parametrize("seed", range(4))
+def test_an_inverse_orientation_or_quaternion_order_is_told_from_a_wrong_rate(way, seed):
+    orientations, rates = turning(SECONDS, seed=seed)
+    check = AngularVelocityCheck()
+    check.checked(block(INVERSES[way](orientations), rates))
+    assert check.faults == {"torso": RateFault.INVERSE}
+    assert check.inverse == {"torso"}
+
+
+def test_imus_that_hardly_turn_are_inverse_if_two_others_are_and_none_is_sound():
+    orientations, rates = turning(SECONDS)
+    still, no_rates = turning(SECONDS, speed=0.02)
+    check = AngularVelocityCheck()
+    for name in ("torso", "left_thigh"):
+        check.checked(block(orientations.inv(), rates, name))
+    check.checked(block(still.inv(), no_rates, "head"))
+    assert check.inverse == {"torso", "left_thigh", "head"}
+    check.checked(block(orientations, rates, "pelvis"))
+    assert check.inverse == {"torso", "left_thigh"}
+
+
+def test_samples_of_inverse_orientations_are_not_used():
+    orientations, rates = turning(SECONDS)
+    imus, given = ImuSet(), block(orientations.inv(), rates)
+    for rows in np.array_split(np.arange(len(rates)), 20):
+        imus.add(given.rows(rows))
+    assert imus.inverse == {"torso"}
+    assert len(imus.read(int(given.stamps_ns[-1]))) == 0

@@ -32,6 +32,10 @@ from pose_core.streams.time_alignment import TimeAligner
 LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
 LONGEST_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
 BLOCK = 50  # [estimates] of a recording that are published together
+INVERSE_ORIENTATION = (
+    "its orientation is the inverse, from the world to the sensor, or its quaternion is in the "
+    "order w x y z: write the rotation from the sensor to its world, as x y z w"
+)
 
 
 class Pipeline:
@@ -93,6 +97,9 @@ class Pipeline:
         uses = {use.segment: use for use in self._runner.imu_uses}
         for name in self.imus.segments:
             use = uses.setdefault(name, self._unused(name))
+            if name in self.imus.inverse:
+                use = uses[name] = ImuUse(segment=name, refused=INVERSE_ORIENTATION)
+                continue
             fault = self.imus.rate_faults.get(name)
             instead = "the orientation's change is used"
             rate = f"its angular velocity {fault}; {instead}" if fault else ""

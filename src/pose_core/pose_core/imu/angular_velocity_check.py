@@ -7,6 +7,10 @@ Over a window both measure one turn, in the sensor's frame,
 
 An angular velocity that contradicts the orientation window after window, or that the device does
 not measure (NaN), is replaced by the orientation's rate of change.
+
+An orientation that is the inverse, or whose quaternion is in the order w x y z, changes in its own
+world by :math:`-A` times the turn that the angular velocity measures, with a constant rotation A.
+By that it is found, and not used.
 """
 
 from collections.abc import Mapping
@@ -20,6 +24,7 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import rows_of_block
 from pose_core.imu.orientation_check import is_equal, product
+from pose_core.imu.sensor_alignment import best_rotation
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.kernels.rotations import vector_scale
 from pose_core.stamps import NS_PER_S
@@ -39,6 +44,8 @@ CONTRADICTION = 0.5  # [-] error's power about an axis, against the turn's
 LEAST_SHARE = 0.2  # [-] of the turn's power, that an axis counts with at least
 LEAST_MEASURED = 50  # [-] samples with a rate, of a device that measures it
 MISSING_MEMORY = 0.02  # [-] weight of a sample in the share of those without a rate
+INVERSE_FITS, ELSE_FITS = 0.9, 0.75  # [-] share of the turns that an inverse explains, and does not
+LEAST_INVERSE = 2  # [-] IMUs found inverse from which on their driver is to blame
 NO_TURN, MANY_TURNS = 0.01, 100.0  # [-] power of the rate's turn, against the orientation's
 
 
@@ -51,6 +58,7 @@ class RateFault(IntEnum):
     TOO_LARGE = 3
     OTHER_AXES = 4
     LOST = 5
+    INVERSE = 6
 
     def __str__(self) -> str:
         return _WORDS[self]
@@ -62,6 +70,7 @@ _WORDS = {
     RateFault.LOST: "is not measured any more, or not finite",
     RateFault.ZERO: "stays zero while the orientation turns: make its driver publish it",
     RateFault.TOO_LARGE: "does not match the orientation's change: degrees per second?",
+    RateFault.INVERSE: "fits the inverse of the orientation",
     RateFault.OTHER_AXES: (
         "does not match the orientation's change: flipped axis, or another frame than the sensor's?"
     ),
@@ -79,11 +88,13 @@ class _Memory(NamedTuple):
     window_s: FloatArray  # (imus,) [s] of the window so far
     turn: FloatArray  # (imus, 3) [rad] in the window, by the orientation
     given_turn: FloatArray  # (imus, 3) [rad] in the window, by the angular velocity
+    world_turn: FloatArray  # (imus, 3) [rad] in the window, by the orientation, in its world
     since: FloatArray  # (imus, 3) [rad] by the angular velocity, while the orientation is held
     windows: FloatArray  # (imus,) weight of the windows with a turn
     error: FloatArray  # (imus, 3) weighted sum of the squared difference of the turns
     power: FloatArray  # (imus, 3) that of the orientation's turn
     given_power: FloatArray  # (imus,) that of the angular velocity's turn, all axes
+    products: FloatArray  # (imus, 2, 3, 3) of the rate's turns with the orientation's, and in world
     missing: FloatArray  # (imus,) share of samples without an angular velocity
     measured: NDArray[np.int64]  # (imus,) number of samples with one
     fault: NDArray[np.int64]  # (imus,) contradiction, see :class:`RateFault`
@@ -108,12 +119,35 @@ class AngularVelocityCheck:
         """What is certainly wrong with angular velocities that are replaced, by segment."""
         memory = self._memory
         contradicted = np.where(memory.windows < CERTAIN_WINDOWS, RateFault.NONE, memory.fault)
+        for imu in np.flatnonzero(contradicted == RateFault.OTHER_AXES).tolist():
+            if self._is_inverse(imu):
+                contradicted[imu] = RateFault.INVERSE
         had_rates = memory.measured >= LEAST_MEASURED
         unmeasured = np.where(had_rates, RateFault.LOST, RateFault.MISSING)
         missing = np.where(memory.missing > 0.5, unmeasured, RateFault.NONE)
         faults = np.where(contradicted, contradicted, missing)
         faulty = np.flatnonzero(faults).tolist()
         return {self._segments[i]: RateFault(int(faults[i])) for i in faulty}
+
+    @property
+    def inverse(self) -> frozenset[str]:
+        """Segments whose orientations are the inverse: all, if those of two are and none is sound.
+
+        Segments that hardly turn cannot be judged, but their IMUs have the same driver.
+        """
+        memory = self._memory
+        found = [name for name, fault in self.faults.items() if fault == RateFault.INVERSE]
+        is_sound = (memory.fault == RateFault.NONE) & (memory.windows >= CERTAIN_WINDOWS)
+        is_driver = len(found) >= LEAST_INVERSE and not is_sound.any()
+        return frozenset(self._segments if is_driver else found)
+
+    def _is_inverse(self, imu: int) -> bool:
+        """Whether an IMU's angular velocity fits the inverse of its orientation, and that only."""
+        forward, backward = self._memory.products[imu]
+        power, given_power = self._memory.power[imu].sum(), self._memory.given_power[imu]
+        fits = np.array([best_rotation(each)[1] for each in (forward, -backward)])
+        plain, inverse = fits / np.sqrt(power * given_power)
+        return bool(inverse > INVERSE_FITS and plain < ELSE_FITS)
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The samples, each with a finite angular velocity that agrees with its orientations."""
@@ -132,7 +166,16 @@ class AngularVelocityCheck:
 def _make_memory(imus: int) -> _Memory:
     vectors = {
         name: np.zeros((imus, 3))
-        for name in ("given", "change", "turn", "given_turn", "since", "error", "power")
+        for name in [
+            "given",
+            "change",
+            "turn",
+            "given_turn",
+            "world_turn",
+            "since",
+            "error",
+            "power",
+        ]
     }
     numbers = {
         name: np.zeros(imus) for name in ("held_s", "window_s", "windows", "given_power", "missing")
@@ -142,6 +185,7 @@ def _make_memory(imus: int) -> _Memory:
         orientation=np.zeros((imus, 4)),
         measured=np.zeros(imus, np.int64),
         fault=np.zeros(imus, np.int64),
+        products=np.zeros((imus, 2, 3, 3)),
         **vectors,
         **numbers,
     )
@@ -198,6 +242,7 @@ def _begin_window(memory: _Memory, i: int) -> None:
     memory.window_s[i] = 0.0
     memory.turn[i] = 0.0
     memory.given_turn[i] = 0.0
+    memory.world_turn[i] = 0.0
 
 
 @compiled_in_place
@@ -221,12 +266,17 @@ def _add_turn(memory: _Memory, i: int, after: FloatArray) -> None:
     if turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 > (LARGEST_RATE * step_s) ** 2:
         _begin_window(memory, i)
         return
+    world = product(
+        product((before[0], before[1], before[2], before[3]), (turn[0], turn[1], turn[2], 0.0)),
+        back,
+    )
     share = step_s / (step_s + SMOOTHING_S)
     memory.window_s[i] += step_s
     for axis in range(3):
         memory.change[i, axis] += share * (turn[axis] / step_s - memory.change[i, axis])
         memory.turn[i, axis] += turn[axis]
         memory.given_turn[i, axis] += memory.since[i, axis]
+        memory.world_turn[i, axis] += world[axis]
 
 
 @compiled_in_place
@@ -241,6 +291,12 @@ def _judge(memory: _Memory, i: int) -> None:
         return
     memory.windows[i] = MEMORY * memory.windows[i] + 1.0
     memory.given_power[i] = MEMORY * memory.given_power[i] + given_power / largest
+    forward, backward = memory.products[i]
+    for axis in range(3):
+        given = memory.given_turn[i, axis] / largest
+        for k in range(3):
+            forward[axis, k] = MEMORY * forward[axis, k] + given * memory.turn[i, k]
+            backward[axis, k] = MEMORY * backward[axis, k] + given * memory.world_turn[i, k]
     worst = all_power = 0.0
     for axis in range(3):
         turn, given = memory.turn[i, axis], memory.given_turn[i, axis]

@@ -55,10 +55,16 @@ class ImuSet:
         return self._rates.faults
 
     @property
+    def inverse(self) -> frozenset[str]:
+        """Segments whose IMU's orientations are the inverse, or in another order; not used."""
+        return self._rates.inverse
+
+    @property
     def contradicted_rates(self) -> Mapping[str, str]:
-        """The same in words, of those that measure an angular velocity."""
+        """The same in words, of those that measure one and whose orientation is not at fault."""
         faults = self.rate_faults.items()
-        return {name: str(fault) for name, fault in faults if fault != RateFault.MISSING}
+        others = (RateFault.MISSING, RateFault.INVERSE)
+        return {name: str(fault) for name, fault in faults if fault not in others}
 
     def add(self, block: ImuBlock) -> int:
         """Store samples; return how many were rejected because their IMU has newer ones."""
@@ -66,6 +72,10 @@ class ImuSet:
         checked = self._check.checked(self._rates.checked(block))
         self._slips, self._replaced = self._check.slips, self._rates.replaced
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
+        if self._replaced:
+            inverse = self.inverse
+            is_inverse = np.array([name in inverse for name in checked.segments])
+            checked = checked.rows(~is_inverse[checked.imu])
         rejected = self._history.add(checked)
         self.counters.add("imu_gaps", len(self._history.gaps_ns))
         if len(self._first_ns) < len(self._history.segments):
@@ -107,7 +117,8 @@ class ImuSet:
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
         """Segments whose IMU has sent nothing in the last 0.2 s before an instant."""
         silent = self._history.silent(stamp_ns)
-        return tuple(segment for segment in silent if segment not in self._check.set_aside)
+        unused = {*self._check.set_aside, *self.inverse}
+        return tuple(segment for segment in silent if segment not in unused)
 
     def read(self, stamp_ns: int) -> ImuMeasurements:
         """The IMUs' measurements at an instant; those of the last instant are cached."""
