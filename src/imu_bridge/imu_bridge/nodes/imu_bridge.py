@@ -19,6 +19,7 @@ from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
+from pose_node.nodes.steady_timer import steady_timer
 
 
 class ImuBridge(ManagedNode[ImuBridgeParameters]):
@@ -56,7 +57,7 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         self._several = len(self._ports) > 1
         if self._several:
             # Processed in batches: many small pieces would cost more.
-            self.create_timer(self.settings.read_period, self._on_arrival)
+            steady_timer(self, self.settings.read_period, self._on_arrival)
         self._open_ports()
         self._health = Health(self._pipeline, self._sources, self._ports)
         self._error = ""  # last logged one; empty: none at present
