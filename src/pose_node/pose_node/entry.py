@@ -54,38 +54,19 @@ class Interrupt:
         if self._once and _compiles(frame):
             leave(STOPPED)
         if self.breaks_off and (is_first or not self._once):
-            self._break_off(frame)
-
-    def _break_off(self, frame: "FrameType | None") -> None:
-        """Raise now, or soon if a compiled kernel may be making its result."""
-        if not _makes_a_result(frame):
             raise KeyboardInterrupt
-        self._break_off_soon()
 
     def _break_off_again(self, dropped: "sys.UnraisableHookArgs") -> None:
         """Raise again soon what Python has dropped: it came in a destructor, or while importing."""
         if dropped.exc_type is not KeyboardInterrupt:
             sys.__unraisablehook__(dropped)
             return
-        self._break_off_soon()
-
-    def _break_off_soon(self) -> None:
         signal.signal(signal.SIGALRM, self._on_alarm)
         signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
 
-    def _on_alarm(self, _number: int, frame: "FrameType | None") -> None:
+    def _on_alarm(self, _number: int, _frame: "FrameType | None") -> None:
         if self.breaks_off:
-            self._break_off(frame)
-
-
-def _makes_a_result(frame: "FrameType | None") -> bool:
-    """Whether a named tuple is being made, as numba makes those of a kernel's result.
-
-    Numba looks up their class and calls it in Python, and expects no exception there: the process
-    would end with a segmentation fault.
-    """
-    module = "" if frame is None else str(frame.f_globals.get("__name__"))
-    return module.startswith(("numba.core.serialize", "namedtuple_"))
+            raise KeyboardInterrupt
 
 
 def _compiles(frame: "FrameType | None") -> bool:

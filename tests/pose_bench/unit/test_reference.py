@@ -21,7 +21,7 @@ from pose_core.filter.published import predict_published
 from pose_core.filter.rows import make_rows
 from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import start_state, with_imu
-from pose_core.filter.step import update_with_frame, update_with_imus
+from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_kinematics import compute_joints
@@ -137,7 +137,7 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, links, seed):
         frame = random_frame(rng, truth.positions, step % sensors)
         information = np.zeros((2, LINKS, 3, 3))
         assert update_with_imus(CONSTANTS, state, imus, information[1])
-        result = update_with_frame(CONSTANTS, state, frame, information[0])
+        result = StepResult(*update_with_frame(CONSTANTS, state, frame, information[0]))
         by_imus = plain.update_with_imus(imus)
         expected, by_camera = plain.update_with_frame(frame)
         assert_equal_states(state, plain.state)
@@ -257,7 +257,7 @@ def test_a_frame_that_shows_nothing_leaves_the_posture_alone_to_correct():
     state, _ = random_state(np.random.default_rng(5))
     plain = ReferenceFilter(CONSTANTS, state)
     frame = frame_of_nothing()
-    result = update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
+    result = StepResult(*update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3))))
     plain.update_with_frame(frame)
     assert np.isnan(result.mean_nis)
     assert_equal_states(state, plain.state)
@@ -351,7 +351,7 @@ def test_limbs_bent_the_wrong_way_are_turned_back_by_both(angle):
     bend_hinges(state, angle)
     plain = ReferenceFilter(CONSTANTS, state)
     frame = frame_of_nothing()
-    result = update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
+    result = StepResult(*update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3))))
     assert result.turned_back == plain.update_with_frame(frame)[0].turned_back == 2
     assert_equal_states(state, plain.state)
 
@@ -399,7 +399,7 @@ def test_the_covariance_stays_symmetric_and_positive_over_ten_thousand_steps():
             imus = imus_of(rng, state, truth.rotations, WORN)
             assert update_with_imus(CONSTANTS, state, imus, information)
         frame = random_frame(rng, truth.positions, step % 2)
-        assert update_with_frame(CONSTANTS, state, frame, information).is_finite
+        assert StepResult(*update_with_frame(CONSTANTS, state, frame, information)).is_finite
         if step % 50 == 0:
             assert np.all(state.P == state.P.T)
             assert np.linalg.eigvalsh(state.P)[0] > 0.0

@@ -1,12 +1,11 @@
 import re
-import signal
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
-from pose_node.entry import Interrupt, start
+from pose_node.entry import start
 
 SRC = Path(__file__).resolve().parents[3] / "src"
 SETUPS = [path for path in sorted(SRC.glob("*/setup.py")) if "console_scripts" in path.read_text()]
@@ -34,23 +33,6 @@ def test_an_executable_runs_main_and_returns_its_exit_code(tmp_path, monkeypatch
         start.a_tool()
     assert ending.value.code == 7
     assert "a_tool" in sys.modules
-
-
-def test_an_interrupt_while_numba_makes_a_result_comes_right_after_it():
-    """Raised inside, it would be a segmentation fault."""
-    inside = {"__name__": "numba.core.serialize", "signal": signal, "ended": []}
-    code = "def make():\n    signal.raise_signal(signal.SIGINT)\n    ended.append(True)\n"
-    exec(code, inside)
-    before = signal.getsignal(signal.SIGINT), sys.unraisablehook
-    Interrupt().listen(signal.SIGINT)
-    try:
-        with pytest.raises(KeyboardInterrupt):  # noqa: PT012
-            inside["make"]()
-            signal.sigtimedwait([], 10.0)
-    finally:
-        signal.signal(signal.SIGINT, before[0])
-        sys.unraisablehook = before[1]
-    assert inside["ended"] == [True]
 
 
 def test_a_missing_package_is_reported_in_one_line_with_a_remedy(tmp_path, monkeypatch):

@@ -110,7 +110,8 @@ class ErrorStateFilter:
     def update_with_frame(self, frame: CameraFrame, information: FloatArray) -> StepResult:
         """Update with a camera's frame; see :func:`pose_core.filter.step.update_with_frame`."""
         assert self.state is not None
-        result = self._update_with_frame(self._constants, self.state, frame, information)
+        fields = self._update_with_frame(self._constants, self.state, frame, information)
+        result = StepResult(*fields)
         if not result.is_finite:
             self.state = None
         return result

@@ -72,7 +72,7 @@ def update_with_imus(
 @compiled
 def update_with_frame(
     constants: FilterConstants, state: FilterState, frame: CameraFrame, information: FloatArray
-) -> StepResult:
+) -> tuple[bool, int, float, float]:
     """Measurement update with a camera's frame and the posture prior.
 
     Args:
@@ -80,6 +80,10 @@ def update_with_frame(
         state: Prior state; becomes the posterior.
         frame: One camera's joints.
         information: (links, 3, 3) [1/rad²] on each link's rotation; the camera's share is added.
+
+    Returns:
+        Fields of a :class:`StepResult`. Numba would make it in Python, where an interrupt ends
+        in a segmentation fault.
     """
     joints, posture_rows = len(frame.positions), most_posture_rows(constants.posture)
     rows = make_rows(3 * joints + posture_rows, joints + posture_rows, len(state.P))
@@ -89,7 +93,7 @@ def update_with_frame(
     add_posture(constants.posture, state.pose.rotations, rows)
     update = robust_update(constants.frame_update, state, rows)
     if not update.is_finite:
-        return StepResult(False, 0, np.nan, np.nan)
+        return False, 0, np.nan, np.nan
     gap_s = min(state.silent_s[frame.sensor], LONGEST_GAP_S)
     state.silent_s[frame.sensor] = 0.0
     update_tracker_errors(
@@ -100,7 +104,7 @@ def update_with_frame(
     add_link_information(rows, joint_groups, update.weights, information)
     turned = turn_back(constants.posture, state, np.empty((3, 3)))
     mean_nis, lost_share = summarise(update.nis[:joint_groups])
-    return StepResult(True, turned, mean_nis, lost_share)
+    return True, turned, mean_nis, lost_share
 
 
 @compiled_in_place
