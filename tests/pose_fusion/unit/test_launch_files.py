@@ -13,7 +13,7 @@ from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.parameters import from_mapping, from_ros_yaml, specs
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.recording.recorder_parameters import RecorderParameters
-from pose_launch.evaluation import Evaluation
+from pose_launch.evaluation import LaunchEvaluation
 from pose_view.parameters import ViewParameters
 
 SRC = Path(__file__).resolve().parents[3] / "src"
@@ -44,10 +44,10 @@ def nodes_of(actions):
 
 
 def evaluate(file, **given):
-    declared = Evaluation({}, describe=True).run(file).arguments
+    declared = LaunchEvaluation({}, describe=True).run(file).arguments
     required = {a.name: GIVEN[a.name] for a in declared if a.default is None}
     switches = {a.name: "true" for a in declared if a.default in ("true", "false")}
-    return Evaluation({**switches, **required, **given}).run(file)
+    return LaunchEvaluation({**switches, **required, **given}).run(file)
 
 
 def installed(file):
@@ -95,7 +95,7 @@ def test_string_parameters_stay_strings(file):
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
 def test_every_launch_argument_has_a_description(file):
     assert all(
-        argument.description for argument in Evaluation({}, describe=True).run(file).arguments
+        argument.description for argument in LaunchEvaluation({}, describe=True).run(file).arguments
     )
 
 
@@ -171,7 +171,7 @@ def test_the_services_of_the_containers_start_launch_files_with_arguments_they_h
     for service in compose["services"].values():
         verb, name, *words = service["command"]
         (file,) = SRC.glob(f"*/launch/{name}")
-        declared = {a.name for a in Evaluation({}, describe=True).run(installed(file)).arguments}
+        declared = {a.name for a in LaunchEvaluation({}, describe=True).run(installed(file)).arguments}
         assert verb == "up"
         assert {word.split(":=")[0] for word in words} <= declared
 
