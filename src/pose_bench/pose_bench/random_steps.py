@@ -61,7 +61,7 @@ def random_steps(count: int, seed: int, every: int = 10_000) -> Iterator[Checks]
         is_finite = update_with_imus(constants, state, imus, information[1])
         frame = _frame(scene.joints[now], rng)
         if is_finite and rng.random() < 0.7:
-            is_finite = update_with_frame(constants, state, frame, information[0]).is_finite
+            is_finite, *_ = update_with_frame(constants, state, frame, information[0])
         checks.steps += 1
         if not is_finite:
             checks.infinite += 1

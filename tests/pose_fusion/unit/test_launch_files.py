@@ -171,7 +171,9 @@ def test_the_services_of_the_containers_start_launch_files_with_arguments_they_h
     for service in compose["services"].values():
         verb, name, *words = service["command"]
         (file,) = SRC.glob(f"*/launch/{name}")
-        declared = {a.name for a in LaunchEvaluation({}, describe=True).run(installed(file)).arguments}
+        declared = {
+            a.name for a in LaunchEvaluation({}, describe=True).run(installed(file)).arguments
+        }
         assert verb == "up"
         assert {word.split(":=")[0] for word in words} <= declared
 
