@@ -1,8 +1,8 @@
 """Detects mirrored data, from the knees, which bend forwards only.
 
 A mirrored image, or one axis that points the other way, turns a person into one whose knees bend
-backwards. A tracker that exchanges left and right of a person seen from behind does so as well, but
-not in every view.
+backwards. So does a tracker that takes a person's back for the front. If all views do that at all
+times, nothing tells left from right, and the pose would be wrong by 30° and more.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,8 +27,9 @@ def refuse_mirrored(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> None:
     if shares and min(shares) > MIRRORED_SHARE:
         raise CalibrationError(
             f"the knees bend backwards in {100.0 * min(shares):.0f} % of the instants at which "
-            f"they are bent, in {', '.join(by_sensor)}: the data are mirrored; turn off the "
-            "tracker's mirroring, or reverse the axis that is not x right, y down, z forward"
+            f"they are bent, in {', '.join(by_sensor)}: the data are mirrored, or left and right "
+            "are exchanged; turn off the tracker's mirroring, reverse the axis that is not x right, "
+            "y down, z forward, or see that a tracker that takes a back for a front sees the front"
         )
 
 
