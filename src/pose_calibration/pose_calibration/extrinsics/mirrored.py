@@ -28,8 +28,9 @@ def refuse_mirrored(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> None:
         raise CalibrationError(
             f"the knees bend backwards in {100.0 * min(shares):.0f} % of the instants at which "
             f"they are bent, in {', '.join(by_sensor)}: the data are mirrored, or left and right "
-            "are exchanged; turn off the tracker's mirroring, reverse the axis that is not x right, "
-            "y down, z forward, or see that a tracker that takes a back for a front sees the front"
+            "are exchanged; turn off the tracker's mirroring, reverse the axis that is not x "
+            "right, y down, z forward, or see that a tracker that takes a back for a front sees "
+            "the front"
         )
 
 
