@@ -15,8 +15,8 @@ from pose_calibration.extrinsics.mirrored import refuse_mirrored
 from pose_calibration.extrinsics.moved_sensors import (
     Displaced,
     MovedDuring,
-    find_displaced,
     find_moved,
+    find_moved_or_displaced,
 )
 from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.geometry.rigid_transform import CalibrationError
@@ -190,8 +190,7 @@ def moved_sensors(
         by_sensor, _ = _sorted(samples, extrinsics.sensors)
     except CalibrationError:
         return ()
-    aligned = _aligned(by_sensor, extrinsics.clocks)
-    return find_moved(aligned, extrinsics) or find_displaced(aligned, extrinsics)
+    return find_moved_or_displaced(_aligned(by_sensor, extrinsics.clocks), extrinsics)
 
 
 def _check_stamps(

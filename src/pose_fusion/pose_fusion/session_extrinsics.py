@@ -84,8 +84,9 @@ def _complete_from_motion(
     bag: BagReader, known: Extrinsics, console: Console, *, imus: bool
 ) -> Extrinsics:
     """Add what known extrinsics lack; say which clocks are used, and which sensor was moved."""
-    frames, found = list(BagFrames(bag, imus=imus)), known
-    if not known.clocks or known.body is None:
+    is_incomplete = not known.clocks or known.body is None
+    frames, found = list(BagFrames(bag, imus=imus and is_incomplete)), known
+    if is_incomplete:
         try:
             found = complete(frames, known)
         except CalibrationError as error:

@@ -12,8 +12,9 @@ watchdog of the live calibration, which has to notice a motion within seconds, t
 everything before and after.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from pose_core.stamps import NS_PER_S
 
 WINDOW_NS = 10 * NS_PER_S
 LEAST_FRAMES = 40  # [-] in a window
+THINNED = 4  # [-] only each such frame is compared with given extrinsics: it is done every time
 LEAST_JOINTS = 4  # [-] in a frame
 LEAST_WINDOWS = 3  # [-] before and after
 HUBER_M = 0.04  # [m] residual from which on a joint has less weight
@@ -71,17 +73,63 @@ class Displaced:
         )
 
 
+def find_moved(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[MovedDuring, ...]:
+    """Sensors that were moved during a recording, by each sensor's view and the reference's.
+
+    Args:
+        frames: All sensors' skeletons at common instants, in the order of time.
+        extrinsics: As estimated from all of them.
+    """
+    return _moved(_views(frames, extrinsics), extrinsics.reference)
+
+
 def find_displaced(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[Displaced, ...]:
     """Sensors whose views do not fit the reference's by given extrinsics.
 
     Args:
-        frames: All sensors' skeletons at common instants, in the order of time.
+        frames: See :func:`find_moved`.
         extrinsics: As given, not estimated from these frames.
     """
+    return _displaced(_views(frames, extrinsics), extrinsics.reference)
+
+
+def find_moved_or_displaced(
+    frames: Sequence[AlignedFrame], extrinsics: Extrinsics
+) -> tuple[MovedDuring | Displaced, ...]:
+    """:func:`find_moved`, or where it finds none :func:`find_displaced`, of every fourth frame."""
+    views = _views(frames[::THINNED], extrinsics)
+    return _moved(views, extrinsics.reference) or _displaced(views, extrinsics.reference)
+
+
+Views: TypeAlias = Mapping[str, tuple[FloatArray, FloatArray]]  # of each sensor but the reference
+
+
+def _views(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> Views:
+    """See :func:`_corrections`."""
     reference, *others = extrinsics.sensors
+    return {other: _corrections(frames, extrinsics, (reference, other)) for other in others}
+
+
+def _moved(views: Views, reference: str) -> tuple[MovedDuring, ...]:
+    """See :func:`find_moved`."""
     found = []
-    for other in others:
-        _, corrections = _corrections(frames, extrinsics, (reference, other))
+    for other, (starts_s, corrections) in views.items():
+        step = _step(corrections)
+        if step is not None:
+            index, change = step
+            angle, distance = (float(np.linalg.norm(part)) for part in np.split(change, 2))
+            at_s = float(starts_s[index])
+            found.append(MovedDuring(sensors=(other,), at_s=at_s, angle=angle, distance=distance))
+    if found and len(found) == len(views):  # of two views either may have moved
+        sensors = (reference, *views) if len(views) == 1 else (reference,)
+        return (replace(found[0], sensors=sensors),)
+    return tuple(found)
+
+
+def _displaced(views: Views, reference: str) -> tuple[Displaced, ...]:
+    """See :func:`find_displaced`."""
+    found = []
+    for other, (_, corrections) in views.items():
         if not len(corrections):
             continue
         turn, shift = np.split(np.median(corrections, axis=0), 2)
@@ -90,29 +138,6 @@ def find_displaced(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tu
             found.append(
                 Displaced(sensor=other, reference=reference, angle=angle, distance=distance)
             )
-    return tuple(found)
-
-
-def find_moved(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[MovedDuring, ...]:
-    """Sensors that were moved during a recording, by each sensor's view and the reference's.
-
-    Args:
-        frames: All sensors' skeletons at common instants, in the order of time.
-        extrinsics: As estimated from all of them.
-    """
-    reference, *others = extrinsics.sensors
-    found = []
-    for other in others:
-        starts_s, corrections = _corrections(frames, extrinsics, (reference, other))
-        step = _step(corrections)
-        if step is not None:
-            index, change = step
-            angle, distance = (float(np.linalg.norm(part)) for part in np.split(change, 2))
-            at_s = float(starts_s[index])
-            found.append(MovedDuring(sensors=(other,), at_s=at_s, angle=angle, distance=distance))
-    if found and len(found) == len(others):  # of two views either may have moved
-        sensors = (reference, *others) if len(others) == 1 else (reference,)
-        return (replace(found[0], sensors=sensors),)
     return tuple(found)
 
 

@@ -30,8 +30,12 @@ class ImuSet:
         self._first_ns: dict[str, int] = {}  # [ns] stamp of each IMU's first sample
         self._silences: dict[str, list[tuple[int, int]]] = {}  # [ns] begin and end of each
         self._replaced: frozenset[str] = frozenset()
+        self._inverse: frozenset[str] = frozenset()
         self.counters = Counters(
-            "imu_gaps", "imu_readings_missing", "imu_samples_against_gyroscope"
+            "imu_gaps",
+            "imu_readings_missing",
+            "imu_samples_against_gyroscope",
+            "imu_samples_inverse",
         )
 
     @property
@@ -57,7 +61,7 @@ class ImuSet:
     @property
     def inverse(self) -> frozenset[str]:
         """Segments whose IMU's orientations are the inverse, or in another order; not used."""
-        return self._rates.inverse
+        return self._inverse
 
     @property
     def contradicted_rates(self) -> Mapping[str, str]:
@@ -72,10 +76,11 @@ class ImuSet:
         checked = self._check.checked(self._rates.checked(block))
         self._slips, self._replaced = self._check.slips, self._rates.replaced
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
-        if self._replaced:
-            inverse = self.inverse
-            is_inverse = np.array([name in inverse for name in checked.segments])
-            checked = checked.rows(~is_inverse[checked.imu])
+        self._inverse = self._rates.inverse if self._replaced else frozenset()
+        if self._inverse:
+            is_inverse = np.array([name in self._inverse for name in checked.segments])[checked.imu]
+            self.counters.add("imu_samples_inverse", int(is_inverse.sum()))
+            checked = checked.rows(~is_inverse)
         rejected = self._history.add(checked)
         self.counters.add("imu_gaps", len(self._history.gaps_ns))
         if len(self._first_ns) < len(self._history.segments):
