@@ -10,7 +10,17 @@ from pose_io.recordings.joint_map_files import SHIPPED, shipped_joint_map
 PACKAGE = Path(__file__).parents[3] / "src" / "kinect_bridge"
 README = (PACKAGE / "README.md").read_text()
 
-SHOWN = ("kinect_v1", "kinect_v2", "azure_kinect", "nite2", "smpl_24", "zed_18", "zed_34", "zed_38")
+SHOWN = (
+    "kinect_v1",
+    "kinect_v2",
+    "azure_kinect",
+    "nite2",
+    "mediapipe",
+    "smpl_24",
+    "zed_18",
+    "zed_34",
+    "zed_38",
+)
 
 
 def test_the_parameters_are_those_of_the_node():

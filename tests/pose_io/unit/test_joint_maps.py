@@ -18,6 +18,7 @@ KNOWN = {
     "azure_kinect_ros": ("right", "down", "forward", 1.0, 32),
     "hiros": ("right", "down", "forward", 1.0, 32),
     "nite2": ("right", "up", "forward", 0.001, 15),
+    "mediapipe": ("right", "down", "forward", 1.0, 33),
     "pose_15": ("right", "down", "forward", 1.0, 15),
     "openni_tf": ("forward", "left", "up", 1.0, 15),
     "smpl_24": ("forward", "left", "up", 1.0, 24),
@@ -25,6 +26,8 @@ KNOWN = {
     "zed_34": ("forward", "left", "up", 1.0, 34),
     "zed_38": ("forward", "left", "up", 1.0, 38),
 }
+MEANS = {"zed_18": ("torso",), "mediapipe": ("neck", "torso")}  # of joints that have a name of ours
+LIMB_ROOTS = ("left_hip", "right_hip", "left_shoulder", "right_shoulder")
 DIRECTIONS = {
     "left": (-1, 0, 0),
     "right": (1, 0, 0),
@@ -62,8 +65,8 @@ def as_sdk_gives_it(person: np.ndarray, name: str) -> np.ndarray:
     basis = np.array([DIRECTIONS[axis] for axis in axes], dtype=float)
     joints = np.full((len(joint_map.joints), 3), np.nan)
     for ours, position in zip(JOINTS, person, strict=True):
-        if ours == "torso" and "NECK" in joint_map.sources[ours]:
-            continue  # a mean of others' joints
+        if ours in MEANS.get(name, ()):
+            continue
         for theirs in joint_map.sources[ours]:
             joints[joint_map.joints.index(theirs)] = basis @ position / unit_m
     return joints
@@ -90,7 +93,8 @@ def test_every_joint_has_sources_in_the_sdk(name):
 @sensors
 def test_no_limb_joint_of_the_sdk_serves_two_of_ours(name):
     sources = JOINT_MAPS[name].sources
-    used = [theirs for ours, each in sources.items() if ours != "torso" for theirs in each]
+    means = MEANS.get(name, ("torso",))
+    used = [theirs for ours, each in sources.items() if ours not in means for theirs in each]
     assert len(used) == len(set(used))
 
 
@@ -112,9 +116,11 @@ def test_a_person_from_an_sdk_has_the_true_position(name):
 
     positions, _ = JOINT_MAPS[name].convert(joints, state)
 
-    if name == "zed_18":  # has no torso of its own
-        neck, *hips = (JOINTS.index(j) for j in ("neck", "left_hip", "right_hip"))
-        person[JOINTS.index("torso")] = 0.5 * (person[neck] + person[hips].mean(axis=0))
+    neck, torso, *rest = (JOINTS.index(j) for j in ("neck", "torso", *LIMB_ROOTS))
+    if "neck" in MEANS.get(name, ()):
+        person[neck] = person[rest[2:]].mean(axis=0)
+    if "torso" in MEANS.get(name, ()):
+        person[torso] = 0.5 * (person[neck] + person[rest[:2]].mean(axis=0))
     np.testing.assert_allclose(positions, person, atol=1e-12)
 
 
