@@ -38,6 +38,7 @@ LEAST_WEIGHT = 0.01  # [-] of an outlier in the mean of the other sensors
 LEAST_TOTAL = 1e-9  # [1/m²] replaces 0 where no sensor measured a joint
 LEAST_SCALE = 0.5  # [-] lower bound of the ratio of measured to expected errors
 OPTIMISM = 2.4  # [-] true over formal errors, on synthetic subjects: errors are correlated
+SYSTEMATIC_ROTATION = np.radians(0.25)  # [rad] by trackers' errors that more frames do not reduce
 VOXEL_M = 0.1  # [m] samples of a joint in one voxel at equal heading have correlated errors
 HEADING_BIN = np.radians(20.0)  # [rad]
 VOXEL_OBSERVATIONS = 16.0  # [-] largest number of independent samples in a voxel
@@ -145,8 +146,9 @@ class JointRefinement:
         block = covariance[6 * (s - 1) : 6 * s, 6 * (s - 1) : 6 * s]
         to_sensor = np.hstack([-skew(self._T[s, :3, 3] - self._centre), np.eye(3)])
         place = to_sensor @ block @ to_sensor.T
+        rotation_stddev = np.sqrt(np.linalg.eigvalsh(block[:3, :3])[-1])
         return (
-            OPTIMISM * float(np.sqrt(np.linalg.eigvalsh(block[:3, :3])[-1])),
+            float(np.hypot(OPTIMISM * rotation_stddev, SYSTEMATIC_ROTATION)),
             OPTIMISM * float(np.sqrt(np.linalg.eigvalsh(place)[-1])),
         )
 

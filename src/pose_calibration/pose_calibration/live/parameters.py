@@ -37,9 +37,9 @@ class LiveCalibrationParameters(CalibrationParameters):
         doc="time of common view after which the calibration ends in any case",
     )
     enough_rotation_stddev: float = parameter(
-        0.007,
+        0.008,
         unit="rad",
-        limits=(0.0005, 0.1),
+        limits=(0.005, 0.1),
         doc="uncertainty of every rotation below which the calibration ends",
     )
     enough_position_stddev: float = parameter(
