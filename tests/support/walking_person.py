@@ -130,3 +130,25 @@ def angle_deg(T_a, T_b):
     """Angle between two transforms' rotations [deg]."""
     turn = Rotation.from_matrix(T_a[:3, :3].T @ T_b[:3, :3])
     return float(np.degrees(turn.magnitude()))
+
+
+def with_bent_knees(some):
+    """The same samples with knees that are 20 cm in front of hips and feet."""
+    names = ("left_knee", "right_knee")
+    knees, hips = (
+        [JOINT_INDEX[name.replace("knee", j)] for name in names] for j in ("knee", "hip")
+    )
+    for each in some:
+        lateral = each.positions[hips[0]] - each.positions[hips[1]]
+        up = each.positions[JOINT_INDEX["neck"]] - each.positions[hips].mean(axis=0)
+        forward = np.cross(lateral, up)
+        each.positions[knees] += 0.2 * forward / np.linalg.norm(forward)
+    return some
+
+
+def mirrored(some, *sensors):
+    """The same samples with x reversed in the views of some sensors."""
+    for each in some:
+        if each.sensor in sensors:
+            each.positions[:, 0] *= -1.0
+    return some

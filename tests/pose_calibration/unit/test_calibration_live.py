@@ -5,7 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from crowd_of_people import frames_of, walker
-from walking_person import LEFT, POSES, RIGHT, angle_deg, person_at, samples, sensor_pose
+from walking_person import (
+    LEFT,
+    POSES,
+    RIGHT,
+    angle_deg,
+    mirrored,
+    person_at,
+    samples,
+    sensor_pose,
+    with_bent_knees,
+)
 
 from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
@@ -234,6 +244,13 @@ def test_a_named_person_is_taken_from_frames_with_several():
     ]
     *_, extrinsics = [each for each in given if each is not None]
     assert angle_deg(extrinsics.T_reference_sensor["right"], TRUE) < 0.5
+
+
+def test_mirrored_data_are_refused():
+    calibration = LiveCalibration(LiveCalibrationParameters())
+    some = mirrored(with_bent_knees(samples(duration_s=10.0)), "left", "right")
+    assert not feed(calibration, some)
+    assert "knees bend backwards" in calibration.status
 
 
 def test_a_known_calibration_is_kept():

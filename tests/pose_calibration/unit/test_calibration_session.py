@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from walking_person import LEFT, RIGHT, angle_deg, samples
+from walking_person import LEFT, RIGHT, angle_deg, mirrored, samples, with_bent_knees
 
 from pose_calibration.extrinsics.mirrored import refuse_mirrored
 from pose_calibration.geometry.rigid_transform import CalibrationError
@@ -15,7 +15,6 @@ from pose_calibration.session_calibration import (
     moved_sensors,
 )
 from pose_core.errors import InputError
-from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import IMUS
 from pose_core.streams.samples import ImuSample, block_of
@@ -78,28 +77,6 @@ def test_single_samples_of_imus_are_used_as_blocks_are():
     np.testing.assert_array_equal(
         first.extrinsics.T_map_reference, second.extrinsics.T_map_reference
     )
-
-
-def with_bent_knees(some):
-    """The same samples with knees that are 20 cm in front of hips and feet."""
-    names = ("left_knee", "right_knee")
-    knees, hips = (
-        [JOINT_INDEX[name.replace("knee", j)] for name in names] for j in ("knee", "hip")
-    )
-    for each in some:
-        lateral = each.positions[hips[0]] - each.positions[hips[1]]
-        up = each.positions[JOINT_INDEX["neck"]] - each.positions[hips].mean(axis=0)
-        forward = np.cross(lateral, up)
-        each.positions[knees] += 0.2 * forward / np.linalg.norm(forward)
-    return some
-
-
-def mirrored(some, *sensors):
-    """The same samples with x reversed in the views of some sensors."""
-    for each in some:
-        if each.sensor in sensors:
-            each.positions[:, 0] *= -1.0
-    return some
 
 
 def test_data_that_are_mirrored_are_refused():

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_calibration.extrinsics.mirrored import refuse_mirrored
 from pose_calibration.floor.gravity import AccelerometerGravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
@@ -178,6 +179,7 @@ class Collection:
             return None
         self._attempt_at_s = observed_s + ATTEMPT_EVERY_S
         try:
+            refuse_mirrored(self._memory.by_sensor())
             self._find_clocks()
             self._check_clocks()
             found = self.calibrator.solve(allow_missing=True, gravity=self._accelerometer.gravity())
