@@ -4,7 +4,7 @@ The covariance of a filter covers only the errors of its model. Three correction
 normalised innovation squared scales the variance (:mod:`pose_core.kernels.noise_scale`). The pose
 has a lag, so fast joints have a larger error. And the offsets that all cameras share, which no
 filter observes, are the largest part of the error. The coefficients were fitted to the errors on
-captured motion; docs/algorithm.md describes the data.
+captured motion; docs/accuracy/README.md describes the data.
 """
 
 from dataclasses import dataclass
