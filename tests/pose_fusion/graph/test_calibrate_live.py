@@ -68,3 +68,14 @@ def test_without_a_person_the_tool_ends_with_the_reason(start_process, tmp_path)
     assert tool.wait() == 1
     assert "error: not calibrated within 1 s: no skeletons from left, right yet" in tool.output
     assert list(tmp_path.glob("*.yaml")) == []
+
+
+def test_ros_arguments_put_the_tool_into_the_sensors_namespace(
+    ros_context, start_process, tmp_path
+):
+    node = ros_context.make_node("sensors")
+    publisher = node.create_publisher(
+        SkeletonArray, "/lab/kinect_left/skeletons", qos_profile_sensor_data
+    )
+    start_process([*TOOL, "-o", tmp_path / "e.yaml", "--ros-args", "-r", "__ns:=/lab"])
+    ros_context.spin_until(publisher.get_subscription_count, what="the tool")

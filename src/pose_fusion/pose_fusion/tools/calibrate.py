@@ -10,13 +10,16 @@ from pose_node.command_line import run_tool
 
 SUBCOMMANDS = ("board", "imu", "live")
 BAG = "bag"
+ROS_ARGS = "--ros-args"
 
 
 def dispatch() -> None:
     """Run the tool."""
-    name, *rest = sys.argv[1:] or [""]
+    arguments = [*sys.argv[1:], ROS_ARGS]
+    arguments = arguments[: arguments.index(ROS_ARGS)]  # the rest is for ROS, which reads it itself
+    name, *rest = arguments or [""]
     if name not in SUBCOMMANDS:
-        name, rest = BAG, sys.argv[1:]
+        name, rest = BAG, arguments
     import_module(f"pose_fusion.tools.calibrate_{name}").main(rest)
 
 

@@ -12,7 +12,7 @@ from rclpy.exceptions import InvalidHandle, NotInitializedException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-from pose_core.errors import PoseError
+from pose_core.errors import InputError, PoseError
 from pose_node.entry import Interrupt, leave
 from pose_node.nodes.executor import QuickExecutor
 from pose_node.nodes.help import RCLError, answer_arguments
@@ -50,10 +50,16 @@ def run_node(
 def node_of_tool(make_node: Callable[[], N]) -> Iterator[tuple[N, Executor]]:
     """Start ROS for a tool, and make its node and an executor to spin it; both end with the block.
 
+    The command line's ROS arguments, after ``--ros-args``, apply.
+
     Raises:
+        InputError: If these are wrong.
         KeyboardInterrupt: After a signal, which ends the context at once.
     """
-    rclpy.init(args=[])
+    try:
+        rclpy.init()
+    except RCLError as error:
+        raise InputError(_reason(error)) from None
     executor = SingleThreadedExecutor()
     node = None
     try:
@@ -75,11 +81,15 @@ def _init(args: Sequence[str] | None) -> int:
     """Start ROS; 1 if its arguments are wrong."""
     try:
         rclpy.init(args=list(args) if args is not None else None)
-    except RCLError as error:  # a bad --ros-args, or a parameter file that is none
-        reason = " ".join(str(error).split(", at /")[0].split())
-        print(f"error: {reason}", file=sys.stderr)
+    except RCLError as error:
+        print(f"error: {_reason(error)}", file=sys.stderr)
         return 1
     return 0
+
+
+def _reason(error: RCLError) -> str:
+    """Why ROS did not start, in one line: a bad ``--ros-args``, or an invalid parameter file."""
+    return " ".join(str(error).split(", at /")[0].split())
 
 
 def _end_ros() -> None:
