@@ -28,7 +28,7 @@ def test_in_a_namespace_it_shows_its_own_graph_alone(ros_context, spin_until, mo
 
     port = Parameter("port", value=0)
     viewer = ros_context.add(ViewerNode(namespace="/own", parameter_overrides=[port]))
-    monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
+    monkeypatch.setattr(type(viewer.viewer.server), "has_visitors", True)
     node = ros_context.make_node()
     for name in ("/own/humans/bodies/person_2", "/humans/bodies/person_3"):
         node.create_publisher(Skeleton, f"{name}/skeleton", 10)
@@ -51,7 +51,7 @@ def test_in_a_namespace_it_shows_its_own_graph_alone(ros_context, spin_until, mo
 @pytest.fixture
 def visitor(viewer, monkeypatch):
     """Somebody who looks, without a browser: what counts is that there is one."""
-    monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
+    monkeypatch.setattr(type(viewer.viewer.server), "has_visitors", True)
 
 
 def subscriptions(viewer):
@@ -67,7 +67,7 @@ def test_without_a_browser_it_subscribes_to_nothing(viewer, spin_until):
 
 
 def test_it_subscribes_only_while_a_browser_is_open(viewer, spin_until, monkeypatch):
-    monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
+    monkeypatch.setattr(type(viewer.viewer.server), "has_visitors", True)
     wanted = {
         "/humans/bodies/subject/skeleton",
         "/humans/bodies/subject_imu/estimate",
@@ -78,7 +78,7 @@ def test_it_subscribes_only_while_a_browser_is_open(viewer, spin_until, monkeypa
     spin_until(lambda: wanted <= subscriptions(viewer))
     assert not any(topic.startswith("/imu_") for topic in subscriptions(viewer))
 
-    monkeypatch.setattr(type(viewer.viewer), "has_visitors", False)
+    monkeypatch.setattr(type(viewer.viewer.server), "has_visitors", False)
     spin_until(lambda: not wanted & subscriptions(viewer))
 
 

@@ -35,7 +35,7 @@ def test_a_snapshot_holds_what_was_there_at_its_time(recording, recorded):
         "left": ["1"],
         "right": ["1"],
     }
-    raw, T = snapshot.raw["left"][0].joints, snapshot.sensors["left"]
+    raw, T = snapshot.raw["left"][0].positions, snapshot.sensors["left"]
     assert raw @ T[:3, :3].T + T[:3, 3] == pytest.approx(recording[1][60], abs=1e-6)
 
 

@@ -98,7 +98,7 @@ class ViewerNode(Node):
     def _step(self) -> None:
         while not self._tasks.empty():
             self._tasks.get()()
-        if not self.viewer.has_visitors:
+        if not self.viewer.server.has_visitors:
             self._look_away()
             return
         if not self._looking:
@@ -269,7 +269,7 @@ class ViewerNode(Node):
         """Close the page and destroy the node."""
         viewer: Viewer | None = getattr(self, "viewer", None)
         if viewer is not None:
-            viewer.stop()
+            viewer.server.stop()
         super().destroy_node()
 
 

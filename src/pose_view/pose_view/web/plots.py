@@ -196,7 +196,10 @@ class PlotPanel:
         for chosen, plot in self._plots:
             joint = self._robot_joints.get(chosen.value)
             if joint is None:
-                rows = [_row(chosen.value, track, grid) for track in tracks]
+                rows = [
+                    on_grid(track.times_s, curve(chosen.value, track), grid, GAP_S)
+                    for track in tracks
+                ]
                 colors = [place.line for place in self._places]
             elif robot is None:
                 continue
@@ -219,19 +222,12 @@ class PlotPanel:
         return chosen, server.gui.add_html("")
 
 
-def _row(title: str, track: BodyTrack, grid: FloatArray) -> FloatArray:
-    if len(track.stamps_ns) < 2:
-        return np.full(len(grid), np.nan)
-    values = curve(title, track)
-    return on_grid(track.times_s, values, grid, GAP_S)
-
-
 def _robot_title(joint: str) -> str:
     return ROBOT + joint.removesuffix("_joint").replace("_", " ")
 
 
 def _joint_row(joint: str, track: JointTrack, grid: FloatArray) -> FloatArray:
-    if joint not in track.joints or len(track.times_s) < 2:
+    if joint not in track.joints:
         return np.full(len(grid), np.nan)
     values = np.degrees(track.position[:, track.joints.index(joint)])
     return on_grid(track.times_s, values, grid, GAP_S)

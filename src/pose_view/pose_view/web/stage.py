@@ -218,7 +218,7 @@ class Stage:
                 if node is not None:
                     node.remove()
                 continue
-            joints = np.concatenate([each.joints for each in skeletons])
+            joints = np.concatenate([each.positions for each in skeletons])
             starts = len(JOINT_INDEX) * np.arange(len(skeletons))
             lines = (joints @ T[:3, :3].T + T[:3, 3])[
                 (starts[:, None, None] + BONES).reshape(-1, 2)

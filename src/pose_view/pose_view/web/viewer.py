@@ -95,11 +95,6 @@ class Viewer:
         self._plot_span_s = parameters.plot_span
         self._switches: dict[str, GuiCheckboxHandle] = {}  # of people besides the requested bodies
 
-    @property
-    def has_visitors(self) -> bool:
-        """Whether a browser is connected."""
-        return self.server.has_visitors
-
     def show(
         self,
         snapshot: Snapshot,
@@ -132,10 +127,6 @@ class Viewer:
                 break
         with self.server.atomic():
             self.plots.update(track_of, now_s, zero_s, robot)
-
-    def stop(self) -> None:
-        """Close the page."""
-        self.server.stop()
 
     def _add_choices(self) -> None:
         """Add the check boxes of what is drawn."""
