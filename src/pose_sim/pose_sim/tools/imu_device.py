@@ -15,7 +15,7 @@ from pose_core.errors import InputError, writing
 from pose_core.plain_yaml import dump_yaml
 from pose_node.command_line import run_tool
 from pose_sim import imu_file
-from pose_sim.imu_devices import DEVICES, nodes_file
+from pose_sim.imu_devices import BAUDRATES, nodes_file, port_streams
 from pose_sim.serial_device import PseudoTerminal, Sent, Transmission, over_the_air, transmit
 from pose_sim.session_folder import IMU_FILE
 from pose_sim.virtual_imu import NODES
@@ -38,7 +38,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--device",
-        choices=tuple(DEVICES),
+        choices=tuple(BAUDRATES),
         default="star",
         help="kind of device: the star network's sink, or a sensor per port (default: %(default)s)",
     )
@@ -84,7 +84,6 @@ def run() -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: stop_signals.append(number))
     frames, note = imu_file.read(arguments.session / IMU_FILE)
-    device = DEVICES[arguments.device]
     rng = np.random.default_rng(arguments.seed)
     transmissions = {
         _link(arguments.link, stream.segment): over_the_air(
@@ -95,11 +94,12 @@ def run() -> int:
             jitter_s=arguments.jitter,
             rng=rng,
         )
-        for stream in device.streams(frames)
+        for stream in port_streams(arguments.device, frames)
     }
     with ExitStack() as stack:
         terminals = [
-            stack.enter_context(PseudoTerminal(link, device.baudrate)) for link in transmissions
+            stack.enter_context(PseudoTerminal(link, BAUDRATES[arguments.device]))
+            for link in transmissions
         ]
         if arguments.nodes_file is not None:
             _write_nodes_file(arguments)
