@@ -4,9 +4,9 @@ import argparse
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from pose_core.plain_yaml import dump_yaml
 from pose_node.command_line import run_tool
 from pose_sim import imu_file
 from pose_sim.imu_devices import BAUDRATES, nodes_file, port_streams
-from pose_sim.serial_device import PseudoTerminal, Sent, Transmission, over_the_air, transmit
+from pose_sim.serial_device import PseudoTerminal, over_the_air, transmit
 from pose_sim.session_folder import IMU_FILE
 from pose_sim.virtual_imu import NODES
 
@@ -106,11 +106,9 @@ def run() -> int:
         start_ns = time.time_ns() if arguments.start_at is None else arguments.start_at
         for terminal in terminals:
             print(f"{terminal.link} -> {terminal.device}: {note}", file=sys.stderr, flush=True)
-        sent = _transmit_all(
-            zip(terminals, transmissions.values(), strict=True),
-            start_ns,
-            lambda: bool(stop_signals),
-        )
+        with ThreadPoolExecutor(len(terminals)) as pool:
+            send = partial(transmit, start_ns=start_ns, stopped=lambda: bool(stop_signals))
+            sent = list(pool.map(send, terminals, transmissions.values()))
     print(
         f"imu_device: {'finished' if all(s.finished for s in sent) else 'stopped'}: "
         f"{sum(s.sent for s in sent)} of {len(frames.due_ns)} synthetic frames sent; of all, "
@@ -120,21 +118,6 @@ def run() -> int:
         f"{sum(t.counters['bytes_unread'] for t in terminals)} bytes unread"
     )
     return 0
-
-
-def _transmit_all(
-    ports: Iterable[tuple[PseudoTerminal, Transmission]],
-    start_ns: int,
-    stopped: Callable[[], bool],
-) -> list[Sent]:
-    """Send on all ports in parallel."""
-    pairs = list(ports)
-    with ThreadPoolExecutor(len(pairs)) as pool:
-        futures = [
-            pool.submit(transmit, terminal, transmission, start_ns, stopped=stopped)
-            for terminal, transmission in pairs
-        ]
-        return [future.result() for future in futures]
 
 
 def _check(arguments: argparse.Namespace) -> None:
