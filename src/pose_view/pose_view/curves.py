@@ -38,16 +38,10 @@ HALF_TURN = 180.0  # [°]
 class BodyTrack:
     """Recent history of one body, oldest first."""
 
-    stamps_ns: np.ndarray  # (n,) int64
+    times_s: FloatArray  # (n,) [s] after time zero
     joints: FloatArray  # (n, 15, 3) [m] in map
     dof_names: tuple[str, ...] = ()
     dof: FloatArray | None = None  # (n, d) [m] or [rad]
-    zero_ns: int = 0  # [ns] time zero
-
-    @property
-    def times_s(self) -> FloatArray:
-        """Times after the zero instant [s], shape (n,)."""
-        return (self.stamps_ns - self.zero_ns) * 1e-9
 
 
 def titles(dof_names: tuple[str, ...] = ()) -> tuple[str, ...]:
@@ -103,11 +97,10 @@ def track_of(snapshots: Sequence[BodySnapshot], zero_ns: int = 0) -> BodyTrack:
     dof = [s.dof.position for s in snapshots if s.dof is not None and s.dof.names == names]
     complete = bool(names) and len(dof) == len(snapshots)
     return BodyTrack(
-        stamps_ns=np.array([s.stamp_ns for s in snapshots], np.int64),
+        times_s=np.array([s.stamp_ns - zero_ns for s in snapshots], float) * 1e-9,
         joints=np.array([s.joints for s in snapshots]).reshape(-1, len(JOINT_INDEX), 3),
         dof_names=names if complete else (),
         dof=np.array(dof) if complete else None,
-        zero_ns=zero_ns,
     )
 
 

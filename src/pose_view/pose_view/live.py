@@ -16,7 +16,7 @@ from pose_node.node_status import NodeStatus
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations
 from pose_view.plain_words import StatusLine, imu_line, node_line, stream_line
-from pose_view.robot import JointHistory, RobotSnapshot, RobotTrack, robot_places, robot_shape
+from pose_view.robot import JointHistory, JointTrack, RobotSnapshot, robot_places, robot_shape
 from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot
 
 RESTART_S = 1.0  # [s] a larger step back in time means a restart
@@ -175,10 +175,10 @@ class LiveGraph:
         first, last = start_s * NS_PER_S, end_s * NS_PER_S
         return track_of([s for s in self._tracks.get(body, ()) if first <= s.stamp_ns <= last])
 
-    def robot_track(self) -> RobotTrack | None:
-        """The robot's history; None without a robot."""
-        asked, robot = self.robot_asked.track(), self.robot_joints.track()
-        return RobotTrack(asked=asked, robot=robot) if asked.joints and robot.joints else None
+    def robot_tracks(self) -> tuple[JointTrack, JointTrack] | None:
+        """History of the robot's target angles and of its measured ones; None without a robot."""
+        asked, measured = self.robot_asked.track(), self.robot_joints.track()
+        return (asked, measured) if asked.joints and measured.joints else None
 
     def persons(self) -> tuple[str, ...]:
         """The ids of all persons in the cameras' frames."""

@@ -63,6 +63,8 @@ class Recorded:
                 f" kinect_<name>/skeletons, found {', '.join(sorted(bag.topics))}"
             )
         series: list[Stamped[Any]] = [*self.bodies.values(), *self._raw.values()]
+        for entries in series:
+            entries.sort(key=STAMP)
         self.start_ns = min(entries[0][0] for entries in series)
         self.end_ns = max(entries[-1][0] for entries in series)
 
@@ -129,8 +131,6 @@ class Recorded:
             key = body, nanoseconds(skeleton.header.stamp)
             pose = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
             self.bodies[body].append((pose.stamp_ns, pose))
-        for entries in (*self.bodies.values(), *self._raw.values()):
-            entries.sort(key=STAMP)
         progress(1.0)
 
     def _add_raw(self, sensor: str, content: Any) -> None:

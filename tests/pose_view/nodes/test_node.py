@@ -117,7 +117,7 @@ def test_people_who_appear_are_drawn_besides_the_requested_bodies(
 
     title = viewer.viewer.server.scene.get_handle_by_name("/bodies/person_2/title")
     assert title.text == "Person 2"
-    assert "Person 2" in viewer.viewer.plots.legend
+    assert "Person 2" in viewer.viewer.plots.legend.content
 
 
 def test_people_who_are_published_no_longer_are_removed(ros_context, viewer, visitor, spin_until):
@@ -128,7 +128,7 @@ def test_people_who_are_published_no_longer_are_removed(ros_context, viewer, vis
 
     scene = viewer.viewer.server.scene
     spin_until(lambda: scene.get_handle_by_name("/bodies/person_2") is None)
-    assert "Person 2" not in viewer.viewer.plots.legend
+    assert "Person 2" not in viewer.viewer.plots.legend.content
     assert not [s for s in viewer._looking if "person_2" in s.topic_name]
 
 

@@ -107,7 +107,7 @@ class ViewerNode(Node):
         now_ns = self._now_ns()
         now_s = now_ns / NS_PER_S
         graph = self._graph
-        robot = graph.robot_track()
+        robot = graph.robot_tracks()
         self.viewer.show(graph.snapshot(now_ns), graph.track, now_s, now_s, robot)
         if now_ns - self._shown_status_ns > STATUS_NS:
             self._shown_status_ns = now_ns
