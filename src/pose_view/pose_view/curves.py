@@ -27,6 +27,7 @@ from pose_evaluation.limb_attitude import (
     limb_roll,
     segment_rotations,
 )
+from pose_evaluation.tables import readable
 from pose_view.snapshot import BodySnapshot
 
 SEGMENTS: tuple[str, ...] = tuple(sorted(LIMBS, key=lambda limb: limb.startswith("left")))
@@ -47,10 +48,10 @@ class BodyTrack:
 def titles(dof_names: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Titles of all curves of a body with these degrees of freedom."""
     return (
-        *(f"{angle}: {_shown(s)}" for angle in ("Pitch", "Yaw") for s in SEGMENTS),
-        *(f"Roll: {_shown(s)}" for s in SEGMENTS if has_segments(dof_names)),
-        *(_shown(name).capitalize() for name in ANGLES),
-        *(f"Model: {_shown(name)}" for name in dof_names[ROOT_DOF:]),
+        *(f"{angle}: {readable(s)}" for angle in ("Pitch", "Yaw") for s in SEGMENTS),
+        *(f"Roll: {readable(s)}" for s in SEGMENTS if has_segments(dof_names)),
+        *(readable(name).capitalize() for name in ANGLES),
+        *(f"Model: {readable(name)}" for name in dof_names[ROOT_DOF:]),
     )
 
 
@@ -102,7 +103,3 @@ def track_of(snapshots: Sequence[BodySnapshot], zero_ns: int = 0) -> BodyTrack:
         dof_names=names if complete else (),
         dof=np.array(dof) if complete else None,
     )
-
-
-def _shown(name: str) -> str:
-    return name.replace("_", " ")

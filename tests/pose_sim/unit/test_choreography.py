@@ -183,6 +183,13 @@ def test_true_angles_have_the_names_of_the_27_dof_model_and_never_jump(motions):
             assert np.abs(np.diff(values)).max() < 0.2, (name, angle)
 
 
+def test_true_angles_are_those_of_the_joints(motions):
+    motion = motions["kicks"]
+    true, measured = true_joint_angles(motion), joint_angles(motion.pose.joints)
+    for name in ("left_knee_flexion", "right_hip_abduction", "left_elbow_flexion"):
+        assert true[name] == pytest.approx(measured[name], abs=1e-6)
+
+
 def test_the_same_seed_moves_alike_and_another_differs():
     first, again, other = (compose("squats", 20.0, seed).pose.joints for seed in (1, 1, 2))
     assert np.array_equal(first, again)
