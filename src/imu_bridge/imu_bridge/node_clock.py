@@ -106,6 +106,9 @@ class CountingClock:
         counters: As in :class:`NodeClock`; ``clock_jumps`` are pauses.
     """
 
+    drift = 0.0
+    """There is no clock."""
+
     def __init__(self) -> None:
         self.counters = Counters("clock_jumps", "clock_steps", "stamps_held")
         self._line: LowerLine | None = None
@@ -114,11 +117,6 @@ class CountingClock:
         self._period_ns = 0
         self._arrival_ns = 0
         self._stamp_ns = 0
-
-    @property
-    def drift(self) -> float:
-        """Always 0: there is no clock."""
-        return 0.0
 
     def stamp(self, arrival_ns: int) -> NodeTime:
         """The host time of the next sample, which arrived at this host time [ns]."""

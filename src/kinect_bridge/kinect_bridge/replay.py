@@ -43,12 +43,6 @@ class Schedule:
         recorded_ns = int(self.offset_ns[index]) + rounds * self.period_ns
         return self.start_at_ns + round(recorded_ns / self.rate)  # (1)
 
-    def progress(self, count: int) -> float:
-        """Fraction of this round after ``count`` frames, 0 to 1."""
-        if count and count % len(self.frame) == 0:
-            return 1.0
-        return (count % len(self.frame)) / len(self.frame)
-
 
 def make_schedule(
     recording: Recording,
@@ -91,14 +85,6 @@ def make_schedule(
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class DueFrame:
-    """A frame to publish now."""
-
-    frame: int  # index into the stream
-    stamp_ns: int  # [ns] its capture, on the replay's time
-
-
 class Replay:
     """Progress of a schedule."""
 
@@ -114,16 +100,21 @@ class Replay:
     @property
     def progress(self) -> float:
         """Fraction of this round that has been played, 0 to 1."""
-        return self.schedule.progress(self.played)
+        rounds, index = divmod(self.played, len(self.schedule.frame))
+        return 1.0 if rounds and not index else index / len(self.schedule.frame)
 
-    def take(self, now_ns: int) -> DueFrame | None:
-        """The next frame, if it is due; one per call, so that a late replay causes no burst."""
+    def take(self, now_ns: int) -> tuple[int, int] | None:
+        """The next frame, if it is due; one per call, so that a late replay causes no burst.
+
+        Returns:
+            Its index in the stream, and its stamp on the replay's time [ns].
+        """
         stamp_ns = self.schedule.due_ns(self.played)
         if stamp_ns is None or stamp_ns > now_ns:
             return None
         frame = int(self.schedule.frame[self.played % len(self.schedule.frame)])
         self.played += 1
-        return DueFrame(frame=frame, stamp_ns=stamp_ns)
+        return frame, stamp_ns
 
     def skip(self, before_ns: int) -> int:
         """Skip the frames that were due before an instant [ns]; returns their number."""

@@ -32,7 +32,7 @@ class SkeletonFrame:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Topic:
+class SourceTopic:
     """A topic to which a source subscribes."""
 
     name: str
@@ -54,7 +54,7 @@ class SkeletonSource(Protocol):
     """
 
     hardware_id: str
-    topics: tuple[Topic, ...]
+    topics: tuple[SourceTopic, ...]
 
     @property
     def is_finished(self) -> bool:

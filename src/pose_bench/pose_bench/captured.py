@@ -173,22 +173,23 @@ def score_runs(
     truth = truth_of(session)
     if not len(truth):
         error = f"too short: judged from {JUDGED_FROM_S:g} s on"
-        return [replace(label_of(session.spec, method), error=error) for method in methods]
+        return [replace(_unscored(session.spec, method), error=error) for method in methods]
     baseline = score_method(BASELINE, baseline_run.series, truth)
     found = []
     for method in methods:
-        label = label_of(session.spec, method)
+        score = _unscored(session.spec, method)
         try:
             made, pipeline = run(method)
         except PoseError as error:
-            found.append(replace(label, error=str(error)))
+            found.append(replace(score, error=str(error)))
             continue
         if not len(made.series):
-            found.append(replace(label, error="no estimates"))
+            found.append(replace(score, error="no estimates"))
             continue
-        scores = score_method(method.name, made.series, truth)
-        judged = judge(label, scores, baseline, made, truth)
-        found.append(with_imus(judged, pipeline) if method.use_imus else judged)
+        figures = _figures(made, truth, baseline)
+        if method.use_imus:
+            figures |= _imu_figures(pipeline)
+        found.append(replace(score, **figures))
     return found
 
 
@@ -212,8 +213,7 @@ def run_method(
     return run_pipeline(pipeline, samples), pipeline
 
 
-def label_of(spec: CapturedSpec, method: CapturedMethod) -> CapturedScore:
-    """Create a score without figures."""
+def _unscored(spec: CapturedSpec, method: CapturedMethod) -> CapturedScore:
     return CapturedScore(
         source=spec.clips[0].parent.name,
         session=spec.name,
@@ -224,38 +224,30 @@ def label_of(spec: CapturedSpec, method: CapturedMethod) -> CapturedScore:
     )
 
 
-def judge(
-    label: CapturedScore,
-    scores: MethodScores,
-    baseline: MethodScores,
-    run: MethodRun,
-    truth: SkeletonSeries,
-) -> CapturedScore:
-    """Add a method's figures to a score."""
+def _figures(run: MethodRun, truth: SkeletonSeries, baseline: MethodScores) -> dict[str, Any]:
+    """A method's figures, by the fields of a score."""
+    scores = score_method("", run.series, truth)
     within = mean_coverage(uncertainty_coverage(run.estimates, angle_series(truth), scores.shift_s))
-    return replace(
-        label,
-        rmse_deg=scores.mean_rmse_deg,
-        hip_knee_deg=scores.mean_leg_rmse_deg,
-        r=scores.mean_r,
-        mpjpe_mm=scores.mpjpe_mm,
-        lag_ms=1000.0 * scores.shift_s,
-        jerk=scores.mean_jerk,
-        rmse_ratio=scores.mean_rmse_deg / baseline.mean_rmse_deg,
-        mpjpe_ratio=scores.mpjpe_mm / baseline.mpjpe_mm,
-        within_1=within.within_1,
-        within_2=within.within_2,
-    )
+    return {
+        "rmse_deg": scores.mean_rmse_deg,
+        "hip_knee_deg": scores.mean_leg_rmse_deg,
+        "r": scores.mean_r,
+        "mpjpe_mm": scores.mpjpe_mm,
+        "lag_ms": 1000.0 * scores.shift_s,
+        "jerk": scores.mean_jerk,
+        "rmse_ratio": scores.mean_rmse_deg / baseline.mean_rmse_deg,
+        "mpjpe_ratio": scores.mpjpe_mm / baseline.mpjpe_mm,
+        "within_1": within.within_1,
+        "within_2": within.within_2,
+    }
 
 
-def with_imus(score: CapturedScore, pipeline: Pipeline) -> CapturedScore:
-    """Add the figures of the IMUs to a score."""
+def _imu_figures(pipeline: Pipeline) -> dict[str, Any]:
     uses = pipeline.imu_uses
     begin_ns = stamp_of(0.0)
     since = [(use.aligned_ns - begin_ns) * 1e-9 if use.aligned_ns else np.inf for use in uses]
-    return replace(
-        score,
-        imus=len(uses),
-        imus_used=sum(not use.reason for use in uses),
-        imu_from_s=float(np.median(since)) if since else np.nan,
-    )
+    return {
+        "imus": len(uses),
+        "imus_used": sum(not use.reason for use in uses),
+        "imu_from_s": float(np.median(since)) if since else np.nan,
+    }

@@ -47,7 +47,7 @@ class Target:
 
 
 @dataclass(kw_only=True)
-class Outcome:
+class TargetResult:
     """Result of a target."""
 
     name: str
@@ -59,7 +59,7 @@ class Outcome:
     grown_mb: float = 0.0  # [MB] growth of the peak resident size
 
 
-def fuzz(target: Target, cases: int, seed: int) -> Outcome:
+def fuzz(target: Target, cases: int, seed: int) -> TargetResult:
     """Run a target on mutated inputs.
 
     Args:
@@ -69,10 +69,10 @@ def fuzz(target: Target, cases: int, seed: int) -> Outcome:
     """
     rng = random.Random(f"{target.name} {seed}")
     corpus = list(target.seeds)
-    outcome = Outcome(name=target.name)
+    outcome = TargetResult(name=target.name)
     seen: set[tuple[Any, int]] = set()
     for data in corpus:
-        _run(target, data, Outcome(name="compiling"), None)
+        _run(target, data, TargetResult(name="compiling"), None)
     before_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for case in range(cases):
         data = corpus[case] if case < len(corpus) else mutated(rng.choice(corpus), rng, corpus)
@@ -88,7 +88,7 @@ def fuzz(target: Target, cases: int, seed: int) -> Outcome:
 
 
 def _run(
-    target: Target, data: bytes, outcome: Outcome, reached: set[tuple[Any, int]] | None
+    target: Target, data: bytes, outcome: TargetResult, reached: set[tuple[Any, int]] | None
 ) -> None:
     """Run one case."""
     outcome.cases += 1

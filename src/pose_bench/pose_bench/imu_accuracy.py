@@ -13,7 +13,7 @@ References:
     Laidig, Caruso, Cereatti, Seel (2021), Data 6(7), doi:10.3390/data6070072: BROAD, the errors.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,7 +34,8 @@ from pose_core.stamps import NS_PER_S
 from pose_sim.session import make_session, settings_of
 from pose_sim.virtual_imu import NODES
 
-Progress = Callable[[float], None]
+Track = Callable[[Iterable[int]], Iterable[int]]
+"""Function that shows the progress of an iteration."""
 
 BROAD_KEYS = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement", "sampling_rate")
 
@@ -74,17 +75,12 @@ VARIANTS = (
 """Compared variants; ``the paper's`` has the gain of BROAD's authors and no bias estimation."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Errors:
-    """Root mean square errors [deg]."""
-
-    total: float
-    heading: float
-    inclination: float
+KINDS = ("total", "heading", "inclination")
+"""Kinds of errors."""
 
 
-def errors(orientation: FloatArray, truth: FloatArray, *, knows_heading: bool = True) -> Errors:
-    """Root mean square errors, defined in the module's docstring.
+def errors(orientation: FloatArray, truth: FloatArray, *, knows_heading: bool = True) -> FloatArray:
+    """Root mean square errors [deg] of :data:`KINDS`, defined in the module's docstring.
 
     Args:
         orientation: Quaternions (x, y, z, w), shape (n, 4).
@@ -98,14 +94,12 @@ def errors(orientation: FloatArray, truth: FloatArray, *, knows_heading: bool = 
         error = Rotation.from_euler("z", -mean) * error
     x, y, z, w = error.as_quat().T
 
-    def rms_deg(angle: FloatArray) -> float:
-        return float(np.degrees(np.sqrt(np.mean(angle**2))))
-
-    return Errors(
-        total=rms_deg(2.0 * np.arctan2(np.sqrt(x * x + y * y + z * z), np.abs(w))),
-        heading=rms_deg(2.0 * np.arctan2(np.abs(z), np.abs(w))),
-        inclination=rms_deg(2.0 * np.arctan2(np.hypot(x, y), np.hypot(z, w))),
-    )
+    angles = [
+        2.0 * np.arctan2(np.sqrt(x * x + y * y + z * z), np.abs(w)),
+        2.0 * np.arctan2(np.abs(z), np.abs(w)),
+        2.0 * np.arctan2(np.hypot(x, y), np.hypot(z, w)),
+    ]
+    return np.asarray(np.degrees(np.sqrt(np.mean(np.square(angles), axis=1))))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,16 +162,13 @@ def _read_trial(path: Path) -> Trial:
     )
 
 
-def filtered(
-    trials: Sequence[Trial], variant: Variant, progress: Progress | None = None
-) -> list[FloatArray]:
+def filtered(trials: Sequence[Trial], variant: Variant, track: Track = iter) -> list[FloatArray]:
     """Orientations of a filter for each trial, processed in parallel, shape (n, 4) each."""
     filter_ = FILTERS[variant.parameters.filter](len(trials), variant.parameters.filter_settings())
     lengths = np.array([len(trial.judged) for trial in trials])
     periods = np.array([trial.period_s for trial in trials])
     results = [np.empty((length, 4)) for length in lengths]
-    longest = int(lengths.max())
-    for k in range(longest):
+    for k in track(range(int(lengths.max()))):
         index = np.flatnonzero(k < lengths)
         running = [trials[i] for i in index.tolist()]
         orientation = filter_.update(
@@ -192,14 +183,12 @@ def filtered(
         )
         for i, q in zip(index.tolist(), orientation, strict=True):
             results[i][k] = q
-        if progress is not None and k % 1000 == 0:
-            progress(k / longest)
     return results
 
 
 def trial_errors(
-    trials: Sequence[Trial], variant: Variant, progress: Progress | None = None
-) -> list[Errors]:
+    trials: Sequence[Trial], variant: Variant, track: Track = iter
+) -> list[FloatArray]:
     """The errors of a filter on each trial."""
     return [
         errors(
@@ -207,13 +196,13 @@ def trial_errors(
             trial.truth[trial.judged],
             knows_heading=variant.knows_heading,
         )
-        for trial, orientation in zip(trials, filtered(trials, variant, progress), strict=True)
+        for trial, orientation in zip(trials, filtered(trials, variant, track), strict=True)
     ]
 
 
 def synthetic_errors(
     choreography: str, level: str, variant: Variant, *, seed: int, duration_s: float
-) -> Errors:
+) -> FloatArray:
     """The errors of a filter over all nodes of the synthetic subject.
 
     The nodes' bytes are processed as by ``imu_bridge``, including the stamps.
@@ -233,11 +222,4 @@ def synthetic_errors(
         found.append(
             errors(batch.orientation[own], truth.as_quat(), knows_heading=variant.knows_heading)
         )
-    return mean_errors(found, quadratic=True)
-
-
-def mean_errors(found: Sequence[Errors], *, quadratic: bool = False) -> Errors:
-    """The mean of errors, or their root mean square."""
-    rows = np.array([[e.total, e.heading, e.inclination] for e in found])
-    mean = np.sqrt(np.mean(rows**2, axis=0)) if quadratic else rows.mean(axis=0)
-    return Errors(total=float(mean[0]), heading=float(mean[1]), inclination=float(mean[2]))
+    return np.asarray(np.sqrt(np.mean(np.square(found), axis=0)))

@@ -4,7 +4,8 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,12 +18,12 @@ from pose_node.child_process import executable, run_to_end, start, stop
 
 
 @dataclass(frozen=True, kw_only=True)
-class Usage:
-    """Usage of one process."""
+class Usages:
+    """Usages of a process and its children, by the names of their executables."""
 
-    name: str  # of its executable
-    cpu_s: float  # [s] since its start
-    memory_mb: float  # [MB] proportional set size: shared memory is divided
+    at_s: float  # [s] of the monotonic clock
+    cpu_s: Mapping[str, float]  # [s] since their start
+    memory_mb: Mapping[str, float]  # [MB] proportional set size: shared memory is divided
 
 
 @contextmanager
@@ -55,15 +56,16 @@ def sleep_until(when_ns: int) -> None:
     time.sleep(max(0.0, (when_ns - time.time_ns()) / NS_PER_S))
 
 
-def usages(root: int) -> list[Usage]:
+def usages(root: int) -> Usages:
     """Usages so far of a process and its direct and indirect children, as far as they run."""
-    found = []
+    cpu_s: dict[str, float] = defaultdict(float)
+    memory_mb: dict[str, float] = defaultdict(float)
     for process in _family(root):
         with suppress(psutil.Error):  # it has ended
-            times, memory = process.cpu_times(), process.memory_full_info().pss
-            used_s = times.user + times.system
-            found.append(Usage(name=_name(process), cpu_s=used_s, memory_mb=memory / 1e6))
-    return found
+            name, times = _name(process), process.cpu_times()
+            memory_mb[name] += process.memory_full_info().pss / 1e6
+            cpu_s[name] += times.user + times.system
+    return Usages(at_s=time.monotonic(), cpu_s=cpu_s, memory_mb=memory_mb)
 
 
 def pids_of(root: int, executable: str) -> list[int]:

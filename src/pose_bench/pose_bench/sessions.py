@@ -21,16 +21,13 @@ from pose_core.api import (
     SkeletonSeries,
     extrinsics_from_map,
 )
-from pose_core.arrays import FloatArray
 from pose_evaluation.offline import tracked_series
 from pose_io.recordings.stream_frames import frames_of_stream
-from pose_sim.angles import true_joint_angles
+from pose_sim.captured.session import START_NS
 from pose_sim.motion import GRID_RATE
 from pose_sim.session import Session, make_session, settings_of
 from pose_sim.session_folder import as_recording
 
-START_NS = 1_700_000_000_000_000_000
-"""Stamp [ns] of a session's time zero."""
 TRUTH_ROWS = slice(None, None, round(GRID_RATE / 100.0))  # 100 Hz
 DURATION_S = 40.0  # [s]
 JUDGED_FROM_S = 16.0  # [s] end of the warm-up, which is common to all choreographies
@@ -57,7 +54,6 @@ class BenchSession:
     samples: tuple[SkeletonSample | ImuSample, ...]  # both, in order of arrival
     arrivals_ns: tuple[int, ...]  # [ns] arrival of each of the samples at the host
     truth: SkeletonSeries  # in map, at 100 Hz
-    true_angles: Mapping[str, FloatArray]  # (n,) [rad] at the truth's stamps, by joint name
     extrinsics: Extrinsics  # the true ones, with the true clock offset
 
     @property
@@ -100,9 +96,6 @@ def bench_session(
         samples=tuple(sample for _, sample in every),
         arrivals_ns=tuple(arrival_ns for arrival_ns, _ in every),
         truth=_truth(session),
-        true_angles={
-            name: values[TRUTH_ROWS] for name, values in true_joint_angles(session.motion).items()
-        },
         extrinsics=_true_extrinsics(session),
     )
 

@@ -66,11 +66,12 @@ def score_teleop(bag_path: Path) -> TeleopScores:
     limits = command_limits(arm, ArmParameters())
     position, velocity, acceleration = (trajectories[:, i] for i in range(3))
     moved = measured.position
+    is_new = np.concatenate([[True], np.diff(command.stamps_ns) > 0])  # others are the timer's
     return TeleopScores(
         commands=len(command.stamps_ns),
         followed=_followed(target, command),
         tool_mm=_tool_errors_mm(arm, target, measured),
-        latency_ms=(command.recorded_ns - command.stamps_ns)[_is_new(command)] * 1e-6,
+        latency_ms=(command.recorded_ns - command.stamps_ns)[is_new] * 1e-6,
         jerk=_largest_jerk(sent_ns, acceleration) / float(limits.jerk.max()),
         beyond=(
             float(np.maximum(position - limits.upper, limits.lower - position).max()),
@@ -89,11 +90,6 @@ def _followed(target: JointMotion, command: JointMotion) -> float:
     steps_ns = np.diff(target.recorded_ns)
     span_ns = max(int(np.ptp(command.recorded_ns)), 1)
     return float(steps_ns[steps_ns < LONGEST_NS].sum() / span_ns)
-
-
-def _is_new(command: JointMotion) -> FloatArray:
-    """Mask of the commands for a new capture; the others are the timer's."""
-    return np.concatenate([[True], np.diff(command.stamps_ns) > 0])
 
 
 def _first_points(bag: BagReader) -> tuple[NDArray[np.int64], FloatArray]:

@@ -89,16 +89,8 @@ class AngleAgreement:
     r: float  # [-] Pearson's
 
 
-@dataclass(frozen=True, kw_only=True)
-class Repetitions:
-    """Repetitions in a folder of UI-PRMD."""
-
-    used: tuple[Repetition, ...]
-    left_out: Counters  # by reason
-
-
-def read_repetitions(folder: Path) -> Repetitions:
-    """Read every repetition with a Kinect and a Vicon file.
+def read_repetitions(folder: Path) -> tuple[list[Repetition], Counters]:
+    """Read every repetition with a Kinect and a Vicon file; count those left out, by reason.
 
     Raises:
         InputError: If there are none, or one is damaged.
@@ -127,7 +119,7 @@ def read_repetitions(folder: Path) -> Repetitions:
             f"found no repetition of UI-PRMD in {folder}: expected Kinect/Positions/mMM_sSS_eEE_"
             "positions.txt and the same in Vicon/Positions, with Angles beside them"
         )
-    return Repetitions(used=tuple(used), left_out=left_out)
+    return used, left_out
 
 
 def _in_true_time(repetition: Repetition) -> Repetition:

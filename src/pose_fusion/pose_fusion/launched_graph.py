@@ -76,8 +76,6 @@ class LaunchedGraph:
     def __init__(self, launch_file: str, arguments: dict[str, str], log: Path) -> None:
         self._command = [*up_command(launch_file, arguments), "--keep-running"]
         self._log = log
-        self._process: subprocess.Popen[str] | None = None
-        self.monitor: DiagnosticsReader | None = None
 
     def __enter__(self) -> "LaunchedGraph":
         self.monitor = DiagnosticsReader()
@@ -92,20 +90,19 @@ class LaunchedGraph:
         # The processes must end, also if Ctrl-C is pressed again.
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
-            self._stop_all()
+            self.finish()
         finally:
             signal.signal(signal.SIGINT, before)
 
     @property
     def pid(self) -> int:
         """The launcher's process."""
-        assert self._process is not None
         return self._process.pid
 
     @property
     def nodes(self) -> dict[str, NodeStatus]:
         """The last report of each node."""
-        return self.monitor.nodes if self.monitor else {}
+        return self.monitor.nodes
 
     def planned_nodes(self) -> list[str]:
         """Names of the graph's nodes that report to ``/diagnostics``: those of this project."""
@@ -118,7 +115,6 @@ class LaunchedGraph:
         Raises:
             GraphError: If it has ended, or a process of it has died.
         """
-        assert self._process is not None
         text = self._log.read_text(errors="replace")
         if self._process.poll() is not None or " has died (" in text:
             raise self._error("the graph failed", text)
@@ -130,18 +126,14 @@ class LaunchedGraph:
             GraphError: If a process had to be killed or ended with an error.
         """
         self.check()
-        if self._stop_all() != 0:
+        if self.finish() != 0:
             text = self._log.read_text(errors="replace")
             raise self._error("the graph did not stop cleanly", text)
 
-    def finish(self) -> None:
-        """Stop a graph whose processes may have died already."""
-        self._stop_all()
-
-    def _stop_all(self) -> int:
-        code = stop(self._process) if self._process else 0
-        if self.monitor:
-            self.monitor.stop()
+    def finish(self) -> int:
+        """Stop a graph whose processes may have died already; returns the launcher's status."""
+        code = stop(self._process)
+        self.monitor.stop()
         return code
 
     def _error(self, what: str, text: str) -> GraphError:

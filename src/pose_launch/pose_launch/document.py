@@ -12,7 +12,7 @@ import yaml
 
 from pose_core.errors import InputError
 from pose_core.plain_yaml import PlainLoader, YamlError, read_yaml
-from pose_launch.errors import LaunchError, Place
+from pose_launch.errors import FileLine, LaunchError
 
 
 class LocatedMapping(dict[str, Any]):
@@ -56,7 +56,7 @@ class Entity:
         LaunchError: By every method, with file and line, if the file does not have what is read.
     """
 
-    def __init__(self, kind: str, element: Any, place: Place) -> None:
+    def __init__(self, kind: str, element: Any, place: FileLine) -> None:
         if not isinstance(element, LocatedMapping | list):
             raise LaunchError(
                 place, f"'{kind}' holds {element!r}: expected attributes (a mapping) or a list"
@@ -67,10 +67,10 @@ class Entity:
         self._attributes = element if isinstance(element, LocatedMapping) else LocatedMapping()
         self._known: set[str] = set()
 
-    def place_of(self, name: str) -> Place:
+    def place_of(self, name: str) -> FileLine:
         """File and line of an attribute."""
         if name in self._attributes:
-            return Place(self.place.file, self._attributes.lines[name])
+            return FileLine(self.place.file, self._attributes.lines[name])
         return self.place
 
     def value(self, name: str) -> Any:
@@ -115,7 +115,7 @@ class Entity:
             raise LaunchError(
                 self.place_of(name), f"'{name}' of '{self.kind}' is not a list of mappings"
             )
-        return [Entity(name, part, Place(self.place.file, part.line)) for part in value]
+        return [Entity(name, part, FileLine(self.place.file, part.line)) for part in value]
 
     def children(self) -> Iterator["Entity"]:
         """The actions inside, given as a list or under ``children``."""
@@ -131,11 +131,11 @@ class Entity:
                 raise LaunchError(
                     self.place
                     if not isinstance(child, LocatedMapping)
-                    else Place(self.place.file, child.line),
+                    else FileLine(self.place.file, child.line),
                     f"{child!r} is not one action: expected for example '- node: {{…}}'",
                 )
             ((kind, element),) = child.items()
-            yield Entity(kind, element, Place(self.place.file, child.line))
+            yield Entity(kind, element, FileLine(self.place.file, child.line))
 
     def finish(self) -> None:
         """Raise a LaunchError if there are unknown attributes."""
@@ -154,13 +154,13 @@ def read_launch_file(path: Path) -> Entity:
     Raises:
         LaunchError: If there is no such file, or it is not a YAML launch file.
     """
-    place = Place(path, 1)
+    place = FileLine(path, 1)
     try:
         document = read_yaml(path, "the launch file", _Loader)
     except YamlError as error:
-        raise LaunchError(Place(path, error.line), f"not valid YAML: {error.problem}") from error
+        raise LaunchError(FileLine(path, error.line), f"not valid YAML: {error.problem}") from error
     except InputError as error:
         raise LaunchError(None, str(error)) from error
     if not isinstance(document, LocatedMapping) or list(document) != ["launch"]:
         raise LaunchError(place, "not a ROS 2 YAML launch file: expected 'launch:' and a list")
-    return Entity("launch", document["launch"], Place(path, document.lines["launch"]))
+    return Entity("launch", document["launch"], FileLine(path, document.lines["launch"]))

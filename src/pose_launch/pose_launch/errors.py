@@ -7,7 +7,7 @@ from pose_core.errors import PoseError
 
 
 @dataclass(frozen=True)
-class Place:
+class FileLine:
     """File and line in a launch file."""
 
     file: Path
@@ -20,5 +20,5 @@ class Place:
 class LaunchError(PoseError):
     """A launch file that cannot be read, or that refers to something missing."""
 
-    def __init__(self, place: Place | None, message: str) -> None:
+    def __init__(self, place: FileLine | None, message: str) -> None:
         super().__init__(message if place is None else f"{place}: {message}")

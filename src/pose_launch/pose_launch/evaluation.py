@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pose_launch import node_parameters
 from pose_launch.document import Entity, read_launch_file
-from pose_launch.errors import LaunchError, Place
+from pose_launch.errors import FileLine, LaunchError
 from pose_launch.locating import find_executable
 from pose_launch.processes import Process
 from pose_launch.substitutions import Scope, condition, resolve, split_command_line
@@ -84,7 +84,7 @@ class LaunchEvaluation:
     def _scope(self) -> Scope:
         return Scope(variables=self._variables, run_commands=not self._describe)
 
-    def _resolve(self, text: str, place: Place) -> str:
+    def _resolve(self, text: str, place: FileLine) -> str:
         return resolve(text, self._scope(), place)
 
     def _text(self, entity: Entity, name: str) -> str:

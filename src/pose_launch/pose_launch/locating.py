@@ -5,7 +5,7 @@ from pathlib import Path
 from ament_index_python.packages import get_packages_with_prefixes
 
 from pose_core.errors import InputError
-from pose_launch.errors import LaunchError, Place
+from pose_launch.errors import FileLine, LaunchError
 from pose_node.child_process import executable
 
 SUFFIXES = ("", ".launch.yaml", ".yaml")
@@ -43,7 +43,7 @@ def find_launch_file(name: str) -> Path:
     return found[0]
 
 
-def find_executable(package: str, name: str, place: Place) -> str:
+def find_executable(package: str, name: str, place: FileLine) -> str:
     """Path of a package's executable, the one found by ``ros2 run``.
 
     Raises:

@@ -11,7 +11,7 @@ from typing import Any
 
 from pose_core.plain_yaml import YamlError, parse_yaml
 from pose_launch.document import Entity
-from pose_launch.errors import LaunchError, Place
+from pose_launch.errors import FileLine, LaunchError
 from pose_launch.processes import ParameterSource
 from pose_launch.substitutions import Scope, has_substitution, resolve
 
@@ -58,20 +58,19 @@ def _values(entry: Entity, scope: Scope) -> dict[str, Any]:
     return {name: _typed(name, value, kind, scope, place)}
 
 
-def _typed(name: str, value: Any, kind: str | None, scope: Scope, place: Place) -> Any:
+def _typed(name: str, value: Any, kind: str | None, scope: Scope, place: FileLine) -> Any:
     if isinstance(value, list):
         item_kind = None if kind is None else kind.removeprefix("list_of_")
-        items = [_scalar(item, item_kind, scope, place) for item in value]
-        return _checked_list(name, items, kind, place)
-    if kind is not None and kind.startswith("list_of_"):
+        typed: Any = [_scalar(item, item_kind, scope, place) for item in value]
+    elif kind is not None and kind.startswith("list_of_"):
         text = resolve(value, scope, place) if isinstance(value, str) else value
-        items = _from_yaml(text, place)
-        if not isinstance(items, list):
+        typed = _from_yaml(text, place)
+        if not isinstance(typed, list):
             raise LaunchError(place, f"parameter '{name}' is {text!r}, expected a list")
-        return _checked_list(name, items, kind, place)
-    typed = _scalar(value, kind, scope, place)
+    else:
+        typed = _scalar(value, kind, scope, place)
     if isinstance(typed, list):
-        return _checked_list(name, typed, None, place)
+        return _checked_list(name, typed, kind, place)
     if not isinstance(typed, bool | int | float | str):
         raise LaunchError(
             place, f"parameter '{name}' is {typed!r}: expected a bool, a number, a text or a list"
@@ -79,7 +78,7 @@ def _typed(name: str, value: Any, kind: str | None, scope: Scope, place: Place) 
     return typed
 
 
-def _scalar(value: Any, kind: str | None, scope: Scope, place: Place) -> Any:
+def _scalar(value: Any, kind: str | None, scope: Scope, place: FileLine) -> Any:
     """Resolve the substitutions of one value, and determine or check its type."""
     if isinstance(value, str):
         substituted = has_substitution(value, place)
@@ -95,7 +94,7 @@ def _scalar(value: Any, kind: str | None, scope: Scope, place: Place) -> Any:
     return value
 
 
-def _checked_list(name: str, items: list[Any], kind: str | None, place: Place) -> list[Any]:
+def _checked_list(name: str, items: list[Any], kind: str | None, place: FileLine) -> list[Any]:
     types = {type(item) for item in items}
     if types == {int, float}:
         items, types = [float(item) for item in items], {float}
@@ -113,7 +112,7 @@ def _checked_list(name: str, items: list[Any], kind: str | None, place: Place) -
     return items
 
 
-def _from_yaml(text: Any, place: Place) -> Any:
+def _from_yaml(text: Any, place: FileLine) -> Any:
     try:
         return parse_yaml(text, "the value")
     except YamlError as error:

@@ -15,7 +15,7 @@ from ament_index_python.packages import (
     get_package_share_directory,
 )
 
-from pose_launch.errors import LaunchError, Place
+from pose_launch.errors import FileLine, LaunchError
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Scope:
 class _Parser:
     """Recursive descent over one text."""
 
-    def __init__(self, text: str, place: Place) -> None:
+    def __init__(self, text: str, place: FileLine) -> None:
         self._text = text
         self._place = place
         self._at = 0
@@ -94,12 +94,12 @@ class _Parser:
         return Call(name[0], tuple(arguments))
 
 
-def parse(text: str, place: Place) -> Template:
+def parse(text: str, place: FileLine) -> Template:
     """Parse a text to a template, in which ``$(…)`` are calls."""
     return _Parser(text, place).whole()
 
 
-def resolve(text: str, scope: Scope, place: Place) -> str:
+def resolve(text: str, scope: Scope, place: FileLine) -> str:
     """Resolve all substitutions in a text.
 
     Raises:
@@ -108,18 +108,18 @@ def resolve(text: str, scope: Scope, place: Place) -> str:
     return _resolve_template(parse(text, place), scope, place)
 
 
-def has_substitution(text: str, place: Place) -> bool:
+def has_substitution(text: str, place: FileLine) -> bool:
     """Whether the text contains any ``$(…)``."""
     return any(isinstance(part, Call) for part in parse(text, place))
 
 
-def _resolve_template(template: Template, scope: Scope, place: Place) -> str:
+def _resolve_template(template: Template, scope: Scope, place: FileLine) -> str:
     return "".join(
         part if isinstance(part, str) else _resolve_call(part, scope, place) for part in template
     )
 
 
-def _resolve_call(call: Call, scope: Scope, place: Place) -> str:
+def _resolve_call(call: Call, scope: Scope, place: FileLine) -> str:
     if call.name not in SUBSTITUTIONS:
         raise LaunchError(
             place,
@@ -135,7 +135,7 @@ def _resolve_call(call: Call, scope: Scope, place: Place) -> str:
     return function(arguments, scope, place)
 
 
-def _variable(arguments: list[str], scope: Scope, place: Place) -> str:
+def _variable(arguments: list[str], scope: Scope, place: FileLine) -> str:
     (name,) = arguments
     if name in scope.variables:
         return scope.variables[name]
@@ -145,8 +145,8 @@ def _variable(arguments: list[str], scope: Scope, place: Place) -> str:
 
 def _package(
     find: Callable[[str], str],
-) -> Callable[[list[str], Scope, Place], str]:
-    def function(arguments: list[str], scope: Scope, place: Place) -> str:
+) -> Callable[[list[str], Scope, FileLine], str]:
+    def function(arguments: list[str], scope: Scope, place: FileLine) -> str:
         try:
             return find(arguments[0])
         except (PackageNotFoundError, ValueError) as error:
@@ -157,7 +157,7 @@ def _package(
     return function
 
 
-def _command(arguments: list[str], scope: Scope, place: Place) -> str:
+def _command(arguments: list[str], scope: Scope, place: FileLine) -> str:
     if not scope.run_commands:
         return ""
     command = arguments[0]
@@ -174,7 +174,7 @@ def _command(arguments: list[str], scope: Scope, place: Place) -> str:
     return result.stdout
 
 
-def _truth(text: str, place: Place) -> bool:
+def _truth(text: str, place: FileLine) -> bool:
     """Truth value of a condition, by the rules of ``ros2 launch``."""
     lowered = text.strip().lower()
     if lowered in ("true", "1"):
@@ -184,36 +184,24 @@ def _truth(text: str, place: Place) -> bool:
     raise LaunchError(place, f"the condition is {text!r}, expected true or false (or 1 or 0)")
 
 
-def condition(text: str, scope: Scope, place: Place) -> bool:
+def condition(text: str, scope: Scope, place: FileLine) -> bool:
     """The value of an ``if`` or ``unless``."""
     return _truth(resolve(text, scope, place), place)
 
 
-def _not(arguments: list[str], scope: Scope, place: Place) -> str:
-    return str(not _truth(arguments[0], place)).lower()
-
-
-def _equals(arguments: list[str], scope: Scope, place: Place) -> str:
-    return str(arguments[0] == arguments[1]).lower()
-
-
-def _not_equals(arguments: list[str], scope: Scope, place: Place) -> str:
-    return str(arguments[0] != arguments[1]).lower()
-
-
-SUBSTITUTIONS: dict[str, tuple[int, Callable[[list[str], Scope, Place], str]]] = {
+SUBSTITUTIONS: dict[str, tuple[int, Callable[[list[str], Scope, FileLine], str]]] = {
     "var": (1, _variable),
     "find-pkg-share": (1, _package(get_package_share_directory)),
     "find-pkg-prefix": (1, _package(get_package_prefix)),
     "command": (1, _command),
-    "equals": (2, _equals),
-    "not-equals": (2, _not_equals),
-    "not": (1, _not),
+    "equals": (2, lambda given, *_: str(given[0] == given[1]).lower()),
+    "not-equals": (2, lambda given, *_: str(given[0] != given[1]).lower()),
+    "not": (1, lambda given, _, place: str(not _truth(given[0], place)).lower()),
 }
 """Number of arguments and function of each substitution, by name."""
 
 
-def split_command_line(text: str, scope: Scope, place: Place) -> list[str]:
+def split_command_line(text: str, scope: Scope, place: FileLine) -> list[str]:
     """Split a command line into words; the result of a substitution is not split.
 
     Quotes group words, as in a shell.

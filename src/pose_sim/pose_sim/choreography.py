@@ -1,8 +1,8 @@
 """Choreographies of the synthetic subject, by name.
 
-To add one, write a function that adds one round of it to a :class:`pose_sim.timeline.Timeline` with
-the moves of :mod:`pose_sim.moves`, and one line in :data:`CHOREOGRAPHIES`. Angles are degrees in
-the conventions of ``docs/conventions.md``. Rounds are repeated until the duration is filled.
+To add one, write a function that adds one round of it to a :class:`pose_sim.timeline.AngleTimeline`
+with the moves of :mod:`pose_sim.moves`, and one line in :data:`CHOREOGRAPHIES`. Angles are degrees
+in the conventions of ``docs/conventions.md``. Rounds are repeated until the duration is filled.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ from pose_sim.moves import (
     side_leg_lifts,
     sink,
 )
-from pose_sim.timeline import Timeline, Variation
+from pose_sim.timeline import AngleTimeline, Variation
 from pose_sim.walking import walk_about
 from pose_sim.whole_body import crouch_behind_arm, dance, kicks, reach, twisting, walk_turns
 
@@ -32,7 +32,7 @@ STILL = 2.5  # [s] neutral pose at the start of every session
 SHORTEST = 5.0  # [s]
 LONGEST = 3600.0  # [s]
 
-Choreography = Callable[[Timeline], None]
+Choreography = Callable[[AngleTimeline], None]
 
 
 def compose(
@@ -72,20 +72,20 @@ def compose(
             f"{STILL:g} s of it standing still"
         )
     plan_rng, sway_rng = np.random.default_rng([seed, 1]).spawn(2)
-    timeline = plan(CHOREOGRAPHIES[name], duration, Timeline(Body(height), plan_rng, variation))
+    timeline = AngleTimeline(Body(height), plan_rng, variation)
+    plan(CHOREOGRAPHIES[name], duration, timeline)
     return perform(timeline, duration, place=place, heading=heading, rng=sway_rng, still=STILL)
 
 
-def plan(choreography: Choreography, duration: float, timeline: Timeline) -> Timeline:
+def plan(choreography: Choreography, duration: float, timeline: AngleTimeline) -> None:
     """Fill a timeline to ``duration`` [s]: standing still, warm-up, rounds of a choreography."""
     timeline.now = STILL
     warm_up(timeline)
     while timeline.now < duration:
         choreography(timeline)
-    return timeline
 
 
-def warm_up(t: Timeline) -> None:
+def warm_up(t: AngleTimeline) -> None:
     """Move arms, legs and trunk once through the motions that a calibration needs."""
     t.move(1.1, both(shoulder_flexion=85, elbow_flexion=25), advance=0.7)
     t.move(0.9, both(shoulder_abduction=45, elbow_flexion=70))
@@ -103,14 +103,14 @@ def warm_up(t: Timeline) -> None:
     t.move(1.0, dict.fromkeys(lean, 0.0), exact=True)
 
 
-def leg_lift_march(t: Timeline) -> None:
+def leg_lift_march(t: AngleTimeline) -> None:
     """Side leg lift, then marching on the spot (li2020's motion B)."""
     side_leg_lifts(t)
     march(t, steps=14)
     t.wait(0.4)
 
 
-def leg_lift_jump(t: Timeline) -> None:
+def leg_lift_jump(t: AngleTimeline) -> None:
     """Side leg lift, then jumps (li2020's motion A, without the box)."""
     side_leg_lifts(t)
     for _ in range(3):
@@ -118,7 +118,7 @@ def leg_lift_jump(t: Timeline) -> None:
         t.wait(0.5)
 
 
-def squats(t: Timeline) -> None:
+def squats(t: AngleTimeline) -> None:
     """Two deep squats, arms forward for balance."""
     for _ in range(2):
         t.move(0.5, both(shoulder_flexion=70), advance=0.1)
@@ -129,7 +129,7 @@ def squats(t: Timeline) -> None:
         t.wait(0.3)
 
 
-def arm_raises(t: Timeline) -> None:
+def arm_raises(t: AngleTimeline) -> None:
     """Arms to overhead in front and in the plane of the shoulder blades, and level to the sides."""
     t.move(1.3, both(shoulder_flexion=165, elbow_flexion=8))
     t.move(1.2, both(shoulder_flexion=0, elbow_flexion=0))
@@ -146,7 +146,7 @@ def arm_raises(t: Timeline) -> None:
         t.wait(0.25)
 
 
-def bow(t: Timeline) -> None:
+def bow(t: AngleTimeline) -> None:
     """Bow from the hips and along the whole spine, then bend to both sides."""
     forward = {"pelvis_tilt": 32.0, "lumbar_flexion": 26.0, "thoracic_flexion": 20.0}
     forward |= {"neck_flexion": 12.0, **both(hip_flexion=27)}
@@ -163,7 +163,7 @@ def bow(t: Timeline) -> None:
         )
 
 
-def turn(t: Timeline) -> None:
+def turn(t: AngleTimeline) -> None:
     """Turn by 90 deg to the left, look around and reach, turn back, then to the other side."""
     for first, sign in (("left", 1.0), ("right", -1.0)):
         for direction, lead in ((sign, first), (-sign, other(first))):

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,80 +38,61 @@ class PortStream:
     pieces: tuple[bytes, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Device:
-    """A kind of device, with the encoding of a session's frames.
+BAUDRATES: dict[str, int | None] = {"star": None, "witmotion": 115200, "text": 115200}
+"""Speed [bit/s] of the devices by their protocol in a nodes file.
 
-    Attributes:
-        baudrate: Its speed [bit/s]; None for USB, where any speed is accepted.
-        streams: Function that returns the data of each port.
+None is USB, where any speed is accepted.
+"""
+
+_ENCODERS: dict[str, Callable[..., bytes]] = {
+    "witmotion": witmotion_device.packets,
+    "text": text_device.line,
+}
+
+
+def port_streams(device: str, frames: ImuFrames) -> list[PortStream]:
+    """A session's frames as the data of each port.
+
+    Args:
+        device: A key of :data:`BAUDRATES`.
+        frames: The frames.
     """
-
-    baudrate: int | None
-    streams: Callable[[ImuFrames], list[PortStream]]
-
-
-def _star(frames: ImuFrames) -> list[PortStream]:
-    pieces = tuple(imu_file.encode_all(frames))
-    return [PortStream(segment=None, due_ns=frames.due_ns, pieces=pieces)]
-
-
-def _witmotion(frames: ImuFrames) -> list[PortStream]:
-    return _one_a_port(
-        frames,
-        lambda clock_us, acceleration, rate, field: witmotion_device.packets(
-            witmotion_device.Sampling(
-                acceleration=acceleration, angular_velocity=rate, magnetic_field=field
-            )
-        ),
-    )
-
-
-def _text(frames: ImuFrames) -> list[PortStream]:
-    return _one_a_port(frames, text_device.line)
-
-
-def _one_a_port(frames: ImuFrames, encode: Callable[..., bytes]) -> list[PortStream]:
+    if device == "star":
+        pieces = tuple(imu_file.encode_all(frames))
+        return [PortStream(segment=None, due_ns=frames.due_ns, pieces=pieces)]
     streams = []
     for node_id, segment in NODES.items():
         rows = np.flatnonzero(frames.node_id == node_id)
-        pieces = tuple(encode(*sample) for sample in _samples(frames, rows))
+        pieces = tuple(_ENCODERS[device](**sample) for sample in _samples(frames, rows))
         streams.append(PortStream(segment=segment, due_ns=frames.due_ns[rows], pieces=pieces))
     return streams
 
 
-def _samples(frames: ImuFrames, rows: NDArray[np.intp]) -> Iterator[tuple]:
-    """Clock [us] since the first sample, acceleration, angular velocity and field in SI units."""
+def _samples(frames: ImuFrames, rows: NDArray[np.intp]) -> Iterator[dict[str, Any]]:
+    """The arguments of an encoder: the clock from the first sample on, the rest in SI units."""
     clock_us = (frames.clock_us[rows].astype(np.int64) - int(frames.clock_us[rows[0]])) % (
         CLOCK_MODULUS_US
     )
-    return zip(
-        clock_us.tolist(),
-        frames.accelerometer[rows] * ACCELEROMETER_LSB[ACCELEROMETER_RANGE],
-        frames.gyroscope[rows] * GYROSCOPE_LSB[GYROSCOPE_RANGE],
-        frames.magnetometer[rows] * MAGNETOMETER_LSB[MAGNETOMETER_RANGE],
-        strict=True,
-    )
-
-
-DEVICES: dict[str, Device] = {
-    "star": Device(baudrate=None, streams=_star),
-    "witmotion": Device(baudrate=115200, streams=_witmotion),
-    "text": Device(baudrate=115200, streams=_text),
-}
-"""Devices by the name of their protocol in a nodes file."""
+    columns = {
+        "time_us": clock_us.tolist(),
+        "acceleration": frames.accelerometer[rows] * ACCELEROMETER_LSB[ACCELEROMETER_RANGE],
+        "angular_velocity": frames.gyroscope[rows] * GYROSCOPE_LSB[GYROSCOPE_RANGE],
+        "magnetic_field": frames.magnetometer[rows] * MAGNETOMETER_LSB[MAGNETOMETER_RANGE],
+    }
+    for sample in zip(*columns.values(), strict=True):
+        yield dict(zip(columns, sample, strict=True))
 
 
 def nodes_file(device: str, ports: dict[str, str]) -> dict:
     """The content of a nodes file for such devices.
 
     Args:
-        device: A key of :data:`DEVICES`.
+        device: A key of :data:`BAUDRATES`.
         ports: Port by segment; empty for the star network, whose port is a parameter.
     """
     if device == "star":
         return {"nodes": dict(NODES)}
-    entry: dict = {"protocol": device, "baudrate": DEVICES[device].baudrate}
+    entry: dict = {"protocol": device, "baudrate": BAUDRATES[device]}
     if device == "text":
         entry |= {"fields": list(text_device.FIELDS), "units": dict(text_device.UNITS)}
     return {"ports": {port: {**entry, "segment": segment} for segment, port in ports.items()}}

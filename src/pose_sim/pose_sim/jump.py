@@ -10,7 +10,7 @@ from scipy.interpolate import BPoly, CubicSpline
 from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
 from pose_sim.body import ANKLE_HEIGHT, FOOT, SHANK, THIGH, Body, neutral_angles
-from pose_sim.timeline import Profile, Timeline, minimum_jerk
+from pose_sim.timeline import AngleTimeline, Profile, minimum_jerk
 
 GRAVITY = 9.80665  # [m/s^2]
 CROUCH = 75.0  # [deg] bend of the legs at the start of the push-off
@@ -21,7 +21,7 @@ HEEL_RISE = 55.0  # [deg] rise of the heel at a bend of -60 deg
 PUSH_TIME, ABSORB_TIME = 0.30, 0.32  # [s]
 
 
-def jump(t: Timeline) -> None:
+def jump(t: AngleTimeline) -> None:
     """Add one jump to the timeline."""
     crouched = _both_legs(leg_pose(np.array([CROUCH])))
     down = {name: float(np.degrees(values[0])) for name, values in crouched.items()}
@@ -45,7 +45,7 @@ def jump(t: Timeline) -> None:
     t.wait(0.2)
 
 
-def tilt(t: Timeline, duration: float, angle: float) -> None:
+def tilt(t: AngleTimeline, duration: float, angle: float) -> None:
     """Tilt the pelvis forward to ``angle`` [deg]; the hips compensate, so that the legs stay."""
     change = angle - t.target("pelvis_tilt")
     hips = {name: t.target(name) + change for name in ("left_hip_flexion", "right_hip_flexion")}

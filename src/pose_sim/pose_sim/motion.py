@@ -1,7 +1,7 @@
 """A simulated motion: every joint and segment as a smooth function of time."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
-from pose_sim.body import BODY_ANGLES, Pose
+from pose_sim.body import BODY_ANGLES, BodyPoses
 from pose_sim.rotations import continuous_quaternions, rotate
-from pose_sim.timeline import Timeline, minimum_jerk
+from pose_sim.timeline import AngleTimeline, minimum_jerk
 
 GRID_RATE = 200.0  # [Hz] of the splines' nodes
 LOAD_TRANSFER = 0.03  # [s]
@@ -33,7 +33,7 @@ class Motion:
 
     times: FloatArray
     angles: Mapping[str, FloatArray]
-    pose: Pose
+    pose: BodyPoses
 
     @cached_property
     def _joints(self) -> CubicSpline:
@@ -82,7 +82,7 @@ class SegmentPath:
 
 
 def perform(
-    timeline: Timeline,
+    timeline: AngleTimeline,
     duration: float,
     *,
     place: tuple[float, float],
@@ -121,16 +121,13 @@ def perform(
     carried *= np.exp(-((clearance / 0.02) ** 2))[:, None]
     steps = 0.5 * (carried[1:] + carried[:-1]) / GRID_RATE
     root[:, :2] = place - np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))
-    return Motion(times=times, angles=angles, pose=_moved(pose, root))
-
-
-def _moved(pose: Pose, root: FloatArray) -> Pose:
-    return Pose(
+    pose = replace(
+        pose,
         joints=pose.joints + root[:, None, :],
-        rotations=pose.rotations,
         origins={segment: origin + root for segment, origin in pose.origins.items()},
         contacts=pose.contacts + root[:, None, :],
     )
+    return Motion(times=times, angles=angles, pose=pose)
 
 
 def _move_clavicles(angles: dict[str, FloatArray]) -> None:

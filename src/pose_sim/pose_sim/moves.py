@@ -1,10 +1,10 @@
-"""Elementary moves of choreographies, on a :class:`pose_sim.timeline.Timeline`.
+"""Elementary moves of choreographies, on a :class:`pose_sim.timeline.AngleTimeline`.
 
 Angles are degrees in the conventions of ``docs/conventions.md``.
 """
 
 from pose_core.joints import SIDES
-from pose_sim.timeline import Timeline
+from pose_sim.timeline import AngleTimeline
 
 
 def both(**angles: float) -> dict[str, float]:
@@ -17,7 +17,7 @@ def other(side: str) -> str:
     return SIDES[1 - SIDES.index(side)]
 
 
-def shift_weight(t: Timeline, away_from: str, duration: float) -> None:
+def shift_weight(t: AngleTimeline, away_from: str, duration: float) -> None:
     """Move the pelvis sideways over one foot: both legs lean equally, both feet stay."""
     lean = {"left": 4.5, "right": -4.5, "": 0.0}[away_from]
     t.move(
@@ -32,7 +32,7 @@ def shift_weight(t: Timeline, away_from: str, duration: float) -> None:
 
 
 def lift_knee(
-    t: Timeline, side: str, duration: float, *, hip: float, knee: float, arms: float = 0.0
+    t: AngleTimeline, side: str, duration: float, *, hip: float, knee: float, arms: float = 0.0
 ) -> None:
     """Lift a knee and put the foot down again."""
     arm = f"{other(side)}_shoulder_flexion", f"{side}_shoulder_flexion"
@@ -43,7 +43,7 @@ def lift_knee(
     t.move(0.5 * duration, {**dict.fromkeys(lifted, 0.0), f"{side}_ankle_flexion": 0.0})
 
 
-def side_leg_lifts(t: Timeline) -> None:
+def side_leg_lifts(t: AngleTimeline) -> None:
     """Lift each straight leg sideways once."""
     for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
         shift_weight(t, away_from=side, duration=0.6)
@@ -60,7 +60,7 @@ def side_leg_lifts(t: Timeline) -> None:
         t.wait(0.2)
 
 
-def march(t: Timeline, steps: int) -> None:
+def march(t: AngleTimeline, steps: int) -> None:
     """March on the spot, arms swinging against the legs."""
     t.move(0.5, both(elbow_flexion=55), advance=0.1)
     for step in range(steps):
@@ -73,29 +73,28 @@ def march(t: Timeline, steps: int) -> None:
     t.move(0.7, both(elbow_flexion=0, shoulder_flexion=0))
 
 
-def sink(t: Timeline, duration: float, knee: float) -> None:
-    """Bend both knees by ``knee`` [deg] with the weight over the feet; zero stands up."""
-    t.move(duration, squat_pose(knee), exact=True)
+def sink(t: AngleTimeline, duration: float, knee: float) -> None:
+    """Bend both knees by ``knee`` [deg] with the weight over the feet; zero stands up.
 
-
-def squat_pose(knee: float) -> dict[str, float]:
-    """The angles [deg] of a squat: shanks lean forward, thighs back, the trunk forward."""
-    return {
+    Shanks lean forward, thighs back, the trunk forward.
+    """
+    squat = {
         "pelvis_tilt": 0.33 * knee,
         "thoracic_flexion": 0.06 * knee,
         "neck_flexion": -0.2 * knee,
         **both(hip_flexion=0.95 * knee, knee_flexion=knee, hip_abduction=0.05 * knee),
     }
+    t.move(duration, squat, exact=True)
 
 
-def quarter_turn(t: Timeline, lead: str, sign: float) -> None:
+def quarter_turn(t: AngleTimeline, lead: str, sign: float) -> None:
     """Turn by 90 deg in six small steps; ``sign`` is +1 to the left."""
     turn_steps(t, lead, sign, steps=6, size=15.0, arms=8)
     t.move(0.4, both(shoulder_flexion=0))
 
 
 def turn_steps(
-    t: Timeline, lead: str, sign: float, *, steps: int, size: float, arms: float = 0.0
+    t: AngleTimeline, lead: str, sign: float, *, steps: int, size: float, arms: float = 0.0
 ) -> None:
     """Turn by ``size`` [deg] a step, an even number of steps; ``sign`` is +1 to the left."""
     for step in range(steps):
@@ -115,7 +114,7 @@ def turn_steps(
         lift_knee(t, side, 0.5, hip=24, knee=46, arms=arms)
 
 
-def turn_pelvis(t: Timeline, duration: float, yaw: float, degrees: float) -> None:
+def turn_pelvis(t: AngleTimeline, duration: float, yaw: float, degrees: float) -> None:
     """Turn the pelvis to ``yaw`` + ``degrees`` over feet that stay at ``yaw`` [deg].
 
     The timeline's time is not advanced.
@@ -132,7 +131,7 @@ def turn_pelvis(t: Timeline, duration: float, yaw: float, degrees: float) -> Non
     )
 
 
-def bend_forward(t: Timeline, duration: float, degrees: float) -> None:
+def bend_forward(t: AngleTimeline, duration: float, degrees: float) -> None:
     """Bend forward from the hips and along the spine by ``degrees`` at the neck, legs upright.
 
     The timeline's time is not advanced.

@@ -6,6 +6,7 @@ Like a UART it has no flow control: bytes that are not read in time are lost and
 import errno
 import fcntl
 import os
+import re
 import struct
 import termios
 import time
@@ -24,11 +25,7 @@ from pose_sim import uart
 
 INPUT_SPEED = 4  # index into the result of tcgetattr
 SPEEDS = {
-    getattr(termios, f"B{speed}"): speed
-    for speed in (
-        *(1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400),
-        *(460800, 500000, 576000, 921600, 1000000, 1500000, 2000000),
-    )
+    code: int(name[1:]) for name, code in vars(termios).items() if re.fullmatch(r"B[1-9]\d+", name)
 }
 """[bit/s] by the terminal's code for it."""
 BATCH_NS = 4_000_000  # [ns] frames due within this are sent together, after the last of them

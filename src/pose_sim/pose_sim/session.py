@@ -178,17 +178,10 @@ def _watch(
         for (name, pose), rng in zip(poses.items(), sensor_rngs, strict=True)
     }
     offset_ns = round(settings.kinect.clock_offset * NS_PER_S)
-    first_name = next(iter(poses))
-    frames = {
-        name: seen if name == first_name else seen.stamped_later(offset_ns)
-        for name, seen in frames.items()
-    }
     # A recording's sensors are ordered by their first frames: the first sensor starts first.
-    first = next(iter(frames.values())).host_time_ns[0]
-    return {
-        name: seen if index == 0 else seen.after(int(first))
-        for index, (name, seen) in enumerate(frames.items())
-    }
+    first_name, *others = frames
+    first_ns = int(frames[first_name].host_time_ns[0])
+    return frames | {name: frames[name].late(offset_ns, first_ns) for name in others}
 
 
 def _wear(

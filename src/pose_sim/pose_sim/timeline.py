@@ -41,7 +41,7 @@ class Variation:
     )
 
 
-class Timeline:
+class AngleTimeline:
     """Joint angles of a choreography; each move advances its time.
 
     Args:

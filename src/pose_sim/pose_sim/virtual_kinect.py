@@ -5,7 +5,7 @@ speed and occlusion, white noise, and short gross errors. The sizes are in
 :mod:`pose_sim.kinect_noise`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,14 +43,11 @@ class KinectFrames:
     positions: FloatArray  # (n, 15, 3) [m] in the optical frame; NaN where not tracked
     tracking_state: NDArray[np.uint8]  # (n, 15)
 
-    def after(self, host_time_ns: int) -> "KinectFrames":
-        """The frames that arrived later than a host time [ns]."""
-        later = self.host_time_ns > host_time_ns
-        return KinectFrames(**{name: column[later] for name, column in vars(self).items()})
-
-    def stamped_later(self, offset_ns: int) -> "KinectFrames":
-        """The same frames stamped by a host whose clock is ``offset_ns`` [ns] ahead."""
-        return replace(self, host_time_ns=self.host_time_ns + offset_ns)
+    def late(self, offset_ns: int, after_ns: int) -> "KinectFrames":
+        """Frames of a host whose clock is ``offset_ns`` [ns] ahead, after a time [ns] of it."""
+        host_ns = self.host_time_ns + offset_ns
+        columns = {**vars(self), "host_time_ns": host_ns}
+        return KinectFrames(**{name: each[host_ns > after_ns] for name, each in columns.items()})
 
 
 def observe(

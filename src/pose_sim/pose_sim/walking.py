@@ -6,13 +6,13 @@ Angles are degrees in the conventions of ``docs/conventions.md``.
 
 from pose_core.joints import SIDES
 from pose_sim.moves import both, other, quarter_turn, turn_steps
-from pose_sim.timeline import Timeline
+from pose_sim.timeline import AngleTimeline
 
 FORWARD = (17.0, -13.0)  # [deg] hip flexion of the swing leg and of the stance leg: steps of 0.45 m
 BACKWARD = (-13.0, 14.0)
 
 
-def walk_about(t: Timeline) -> None:
+def walk_about(t: AngleTimeline) -> None:
     """Walk from side to side and from near to far, turn to both sides, raise the arms."""
     quarter_turn(t, "left", 1.0)
     walk(t, steps=2)
@@ -28,20 +28,22 @@ def walk_about(t: Timeline) -> None:
     walk(t, steps=2)
 
 
-def walk(t: Timeline, *, steps: int, hips: tuple[float, float] = FORWARD) -> None:
+def walk(t: AngleTimeline, *, steps: int, hips: tuple[float, float] = FORWARD) -> None:
     """Take some steps, beginning with the left foot, and bring the feet together."""
     for number in range(steps):
         _step(t, SIDES[number % 2], hips, knee=38.0, arms=10.0)
     _step(t, SIDES[steps % 2], (0.0, 0.0), knee=28.0, arms=0.0)
 
 
-def raise_arms(t: Timeline, **angles: float) -> None:
+def raise_arms(t: AngleTimeline, **angles: float) -> None:
     """Raise both arms and lower them."""
     t.move(1.0, both(**angles))
     t.move(0.9, both(**dict.fromkeys(angles, 0.0)))
 
 
-def _step(t: Timeline, side: str, hips: tuple[float, float], *, knee: float, arms: float) -> None:
+def _step(
+    t: AngleTimeline, side: str, hips: tuple[float, float], *, knee: float, arms: float
+) -> None:
     stance = other(side)
     swings = {f"{side}_hip_flexion": hips[0], f"{stance}_hip_flexion": hips[1]}
     swings |= {f"{side}_shoulder_flexion": -0.5 * arms, f"{stance}_shoulder_flexion": arms}

@@ -1,7 +1,7 @@
 """Choreographies of the whole body: twists, dance, kicks, turns, hidden joints, reaching.
 
-Each adds one round to a :class:`pose_sim.timeline.Timeline`. Angles are degrees in the conventions
-of ``docs/conventions.md``; speeds are moderate, except for the kicks.
+Each adds one round to a :class:`pose_sim.timeline.AngleTimeline`. Angles are degrees in the
+conventions of ``docs/conventions.md``; speeds are moderate, except for the kicks.
 """
 
 from collections.abc import Mapping
@@ -17,14 +17,14 @@ from pose_sim.moves import (
     turn_pelvis,
     turn_steps,
 )
-from pose_sim.timeline import Timeline
+from pose_sim.timeline import AngleTimeline
 
 SIGNS = dict(zip(SIDES, (1.0, -1.0), strict=True))
 ARMS = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
 GIRDLE = ("clavicle_elevation", "clavicle_protraction")
 
 
-def twisting(t: Timeline) -> None:
+def twisting(t: AngleTimeline) -> None:
     """Twist the spine to both sides, arms out; then quicker, arms bent."""
     yaw = t.target("pelvis_yaw")
     t.move(1.0, both(shoulder_abduction=66, elbow_flexion=6))
@@ -37,7 +37,7 @@ def twisting(t: Timeline) -> None:
     t.wait(0.3)
 
 
-def dance(t: Timeline) -> None:
+def dance(t: AngleTimeline) -> None:
     """Steps with arms overhead, a turn by 60 deg, bends and twists, and the turn back."""
     yaw = t.target("pelvis_yaw")
     for lead, sign in (("left", 1.0), ("right", -1.0)):
@@ -54,7 +54,7 @@ def dance(t: Timeline) -> None:
         rest_arms(t, 0.8)
 
 
-def kicks(t: Timeline) -> None:
+def kicks(t: AngleTimeline) -> None:
     """A front kick and a side kick with each leg, arms held up."""
     t.move(0.7, both(shoulder_flexion=30, shoulder_abduction=18, elbow_flexion=80))
     for side in SIDES:
@@ -65,7 +65,7 @@ def kicks(t: Timeline) -> None:
     rest_arms(t, 0.7)
 
 
-def walk_turns(t: Timeline) -> None:
+def walk_turns(t: AngleTimeline) -> None:
     """Walk on the spot, turn right round, walk on, turn back by a quarter, to either side."""
     for lead, sign in (("left", 1.0), ("right", -1.0)):
         march(t, steps=4)
@@ -75,7 +75,7 @@ def walk_turns(t: Timeline) -> None:
         t.move(0.5, both(shoulder_flexion=0))
 
 
-def crouch_behind_arm(t: Timeline) -> None:
+def crouch_behind_arm(t: AngleTimeline) -> None:
     """Crouch with a forearm before the face, then with both arms before the body."""
     for side in SIDES:
         shield = {
@@ -95,7 +95,7 @@ def crouch_behind_arm(t: Timeline) -> None:
         rest_arms(t, 0.9)
 
 
-def reach(t: Timeline) -> None:
+def reach(t: AngleTimeline) -> None:
     """Reach up high, far forward and across with each arm, then draw both elbows back."""
     for side in SIDES:
         sign = SIGNS[side]
@@ -141,7 +141,7 @@ def arm(
 
 
 def reach_once(
-    t: Timeline, pose: Mapping[str, float], trunk: Mapping[str, float], lean: float = 0.0
+    t: AngleTimeline, pose: Mapping[str, float], trunk: Mapping[str, float], lean: float = 0.0
 ) -> None:
     """Reach and return, with the trunk leaning forward by ``lean`` [deg]."""
     bend_forward(t, 1.0, lean)
@@ -151,19 +151,19 @@ def reach_once(
     t.move(0.9, dict.fromkeys((*pose, *trunk), 0.0))
 
 
-def rest_arms(t: Timeline, duration: float) -> None:
+def rest_arms(t: AngleTimeline, duration: float) -> None:
     """Lower both arms and shoulder girdles to the neutral pose."""
     t.move(duration, both(**dict.fromkeys((*ARMS, *GIRDLE), 0.0)))
 
 
-def twist(t: Timeline, duration: float, yaw: float, degrees: float) -> None:
+def twist(t: AngleTimeline, duration: float, yaw: float, degrees: float) -> None:
     """Twist by ``degrees`` at the shoulders over feet at ``yaw``; the head turns further."""
     turn_pelvis(t, duration, yaw, 0.2 * degrees)
     shares = {"lumbar_rotation": 0.2, "thoracic_rotation": 0.6, "neck_rotation": 0.25}
     t.move(duration, {name: share * degrees for name, share in shares.items()})
 
 
-def step_touch(t: Timeline, side: str) -> None:
+def step_touch(t: AngleTimeline, side: str) -> None:
     """A leg to the side and back, both arms overhead in the opposite direction, then the trunk."""
     sign = SIGNS[side]
     wave = {
@@ -186,7 +186,7 @@ def step_touch(t: Timeline, side: str) -> None:
     shift_weight(t, away_from="", duration=0.3)
 
 
-def dip(t: Timeline, side: str) -> None:
+def dip(t: AngleTimeline, side: str) -> None:
     """Bend deep to the front, arms hanging through, come up bent to a side."""
     sign = SIGNS[side]
     bend_forward(t, 1.0, 62.0)
@@ -198,7 +198,7 @@ def dip(t: Timeline, side: str) -> None:
     t.move(0.8, {**dict.fromkeys(bent, 0.0), **both(shoulder_flexion=20)})
 
 
-def front_kick(t: Timeline, side: str) -> None:
+def front_kick(t: AngleTimeline, side: str) -> None:
     """Knee up, kick to the front leaning back, and down."""
     kick = f"{side}_hip_flexion", f"{side}_knee_flexion"
     back = {"pelvis_tilt": -8.0, f"{other(side)}_hip_flexion": -8.0, "lumbar_flexion": -5.0}
@@ -213,7 +213,7 @@ def front_kick(t: Timeline, side: str) -> None:
     shift_weight(t, away_from="", duration=0.4)
 
 
-def side_kick(t: Timeline, side: str) -> None:
+def side_kick(t: AngleTimeline, side: str) -> None:
     """Knee up, kick to the side leaning away from it, and down."""
     sign, stance = SIGNS[side], f"{other(side)}_hip_abduction"
     kick = f"{side}_hip_flexion", f"{side}_knee_flexion", f"{side}_hip_abduction"

@@ -5,7 +5,6 @@ References:
 """
 
 import struct
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,42 +16,38 @@ CONTENT = (0x51, 0x52, 0x54)
 """Default kinds of packets: acceleration, angular velocity, magnetic field."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sampling:
-    """Measurement at one instant, in SI units."""
-
-    acceleration: ArrayLike  # (3,) [m/s^2]
-    angular_velocity: ArrayLike  # (3,) [rad/s]
-    magnetic_field: ArrayLike = (0.0, 0.0, 0.0)  # (3,) [T]
-    orientation: ArrayLike = (0.0, 0.0, 0.0, 1.0)  # (4,) x, y, z, w
-    roll_pitch_yaw: ArrayLike = (0.0, 0.0, 0.0)  # (3,) [rad]
-    time_of_day_us: int = 0
-
-
-def packets(sampling: Sampling, content: tuple[int, ...] = CONTENT) -> bytes:
+def packets(
+    *,
+    acceleration: ArrayLike,
+    angular_velocity: ArrayLike,
+    magnetic_field: ArrayLike = (0.0, 0.0, 0.0),
+    orientation: ArrayLike = (0.0, 0.0, 0.0, 1.0),
+    roll_pitch_yaw: ArrayLike = (0.0, 0.0, 0.0),
+    time_us: int = 0,
+    content: tuple[int, ...] = CONTENT,
+) -> bytes:
     """Encode the packets of one sample.
 
     Args:
-        sampling: The measurement.
+        acceleration: [m/s^2], shape (3,).
+        angular_velocity: [rad/s], shape (3,).
+        magnetic_field: [T], shape (3,).
+        orientation: x, y, z, w, shape (4,).
+        roll_pitch_yaw: [rad], shape (3,).
+        time_us: The time of day [us].
         content: Kinds of packets to send (register RSW), in ascending order.
     """
-    x, y, z, w = np.asarray(sampling.orientation, dtype=float)
-    scaled = {
-        0x51: np.asarray(sampling.acceleration) / (16.0 * STANDARD_GRAVITY),
-        0x52: np.degrees(np.asarray(sampling.angular_velocity)) / 2000.0,
-        0x53: np.asarray(sampling.roll_pitch_yaw) / np.pi,
-        0x59: np.array([w, x, y, z]),
+    x, y, z, w = np.asarray(orientation, dtype=float)
+    counts = {
+        0x51: np.asarray(acceleration) * (32768.0 / 16.0 / STANDARD_GRAVITY),
+        0x52: np.degrees(angular_velocity) * (32768.0 / 2000.0),
+        0x53: np.asarray(roll_pitch_yaw) * (32768.0 / np.pi),
+        0x54: np.asarray(magnetic_field) * 1e7,  # [mG]
+        0x59: np.array([w, x, y, z]) * 32768.0,
     }
-    data = b""
-    for kind in content:
-        if kind == 0x50:
-            data += _packet(kind, _time(sampling.time_of_day_us))
-        elif kind == 0x54:
-            milligauss = np.asarray(sampling.magnetic_field) * 1e7
-            data += _packet(kind, _i16(milligauss))
-        else:
-            data += _packet(kind, _i16(scaled[kind] * 32768.0))
-    return data
+    return b"".join(
+        _packet(kind, _time(time_us) if kind == 0x50 else _i16(counts[kind])) for kind in content
+    )
 
 
 def _packet(kind: int, content: bytes) -> bytes:

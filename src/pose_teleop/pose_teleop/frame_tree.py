@@ -14,19 +14,14 @@ class BodyPlaces:
     """Frames of one instant, n of them.
 
     Attributes:
-        names: Names without the person's id.
+        index: Row by name, without the person's id.
         position: [m] (n, 3) in the requested frame.
         rotation: n rotations into that frame.
     """
 
-    names: tuple[str, ...]
+    index: Mapping[str, int]
     position: FloatArray
     rotation: Rotation
-
-    @property
-    def index(self) -> Mapping[str, int]:
-        """Row by name."""
-        return {name: row for row, name in enumerate(self.names)}
 
 
 def body_places(
@@ -44,7 +39,7 @@ def body_places(
     rotation = Rotation.from_quat(xyzw)
     body, origin = (Rotation.identity(), np.zeros(3)) if in_body else (rotation[0], position[0])
     return BodyPlaces(
-        names=tuple(name.removesuffix(f"_{subject}") for name in names),
+        index={name.removesuffix(f"_{subject}"): row for row, name in enumerate(names)},
         position=np.vstack([origin, body.apply(position[1:]) + origin]),
         rotation=Rotation.concatenate([body, body * rotation[1:]]),
     )

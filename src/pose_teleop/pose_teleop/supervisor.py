@@ -8,7 +8,6 @@
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 
 from pose_core.stamps import NS_PER_S
@@ -25,7 +24,7 @@ class State(Enum):
     FROZEN = "frozen"  # commanded to stand still
 
 
-class Fault(Enum):
+class ArmFault(Enum):
     """Reason why the robot may not follow, in the order of priority."""
 
     NOT_HELD = "the dead-man input is not held"
@@ -43,19 +42,8 @@ class Fault(Enum):
 
 
 SOFT_S = 3.0  # [s] after which the velocity of a soft start increases
-LATCHED = frozenset({Fault.PERSON_CHANGED, Fault.LAGS})
+LATCHED = frozenset({ArmFault.PERSON_CHANGED, ArmFault.LAGS})
 """After these faults the dead-man input must be released before the robot starts again."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Situation:
-    """Input of the state machine at one instant."""
-
-    now_ns: int  # [ns] monotonic clock
-    fault: Fault | None
-    is_held: bool
-    is_at_rest: bool  # whether the command is at rest
-    distance: Callable[[], float]  # [rad] largest difference of a joint to the person's pose
 
 
 class Supervisor:
@@ -72,7 +60,7 @@ class Supervisor:
 
     def __init__(self, parameters: ArmParameters, full_velocity: float) -> None:
         self.state = State.WAITING
-        self.fault: Fault | None = Fault.NOT_HELD
+        self.fault: ArmFault | None = ArmFault.NOT_HELD
         self._parameters, self._full_velocity = parameters, full_velocity
         self._settle_ns = round(parameters.settle_time * NS_PER_S)
         self._ramp_ns = round(parameters.ramp_time * NS_PER_S)
@@ -95,33 +83,48 @@ class Supervisor:
         late_s = max(0.0, since_ns / NS_PER_S - SOFT_S)
         return min(self._parameters.soft_velocity * (1.0 + late_s), self._full_velocity)
 
-    def update(self, situation: Situation) -> State:
-        """Update the state machine; returns the new state."""
-        self._now_ns = situation.now_ns
-        fault = situation.fault
-        if fault is None and not situation.is_held:
-            fault = Fault.NOT_HELD
-        self._latch(fault, situation.is_held)
+    def update(
+        self,
+        *,
+        now_ns: int,
+        fault: ArmFault | None,
+        is_held: bool,
+        is_at_rest: bool,
+        distance: Callable[[], float],
+    ) -> State:
+        """Update the state machine; returns the new state.
+
+        Args:
+            now_ns: Monotonic clock [ns].
+            fault: The current fault.
+            is_held: Whether the dead-man input is held.
+            is_at_rest: Whether the command is at rest.
+            distance: Largest difference of a joint to the person's pose [rad].
+        """
+        self._now_ns = now_ns
+        if fault is None and not is_held:
+            fault = ArmFault.NOT_HELD
+        self._latch(fault, is_held)
         is_well = fault is None and not self._is_latched
         if not is_well:
             self._well_since_ns = None
             self.fault = fault or self.fault
         elif self._well_since_ns is None:
-            self._well_since_ns = situation.now_ns
+            self._well_since_ns = now_ns
         moves = self.state in (State.SOFT_START, State.FOLLOWING)
         near = self._parameters.soft_tolerance
         if moves and not is_well:
             self.state = State.SLOWING
-        elif self.state is State.SLOWING and situation.is_at_rest:
+        elif self.state is State.SLOWING and is_at_rest:
             self.state = State.FROZEN
         elif self.state in (State.FROZEN, State.WAITING):
             self._wait(is_well)
-        elif self.state is State.SOFT_START and situation.distance() < near:
+        elif self.state is State.SOFT_START and distance() < near:
             self._begun_at = self.fastest
-            self.state, self._moving_since_ns = State.FOLLOWING, situation.now_ns
+            self.state, self._moving_since_ns = State.FOLLOWING, now_ns
         return self.state
 
-    def _latch(self, fault: Fault | None, is_held: bool) -> None:
+    def _latch(self, fault: ArmFault | None, is_held: bool) -> None:
         can_be_released = self._parameters.dead_man != "none"
         if fault in LATCHED and can_be_released and self.state is not State.WAITING:
             self._is_latched = True

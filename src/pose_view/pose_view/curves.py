@@ -27,6 +27,7 @@ from pose_evaluation.limb_attitude import (
     limb_roll,
     segment_rotations,
 )
+from pose_evaluation.tables import readable
 from pose_view.snapshot import BodySnapshot
 
 SEGMENTS: tuple[str, ...] = tuple(sorted(LIMBS, key=lambda limb: limb.startswith("left")))
@@ -38,25 +39,19 @@ HALF_TURN = 180.0  # [°]
 class BodyTrack:
     """Recent history of one body, oldest first."""
 
-    stamps_ns: np.ndarray  # (n,) int64
+    times_s: FloatArray  # (n,) [s] after time zero
     joints: FloatArray  # (n, 15, 3) [m] in map
     dof_names: tuple[str, ...] = ()
     dof: FloatArray | None = None  # (n, d) [m] or [rad]
-    zero_ns: int = 0  # [ns] time zero
-
-    @property
-    def times_s(self) -> FloatArray:
-        """Times after the zero instant [s], shape (n,)."""
-        return (self.stamps_ns - self.zero_ns) * 1e-9
 
 
 def titles(dof_names: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Titles of all curves of a body with these degrees of freedom."""
     return (
-        *(f"{angle}: {_shown(s)}" for angle in ("Pitch", "Yaw") for s in SEGMENTS),
-        *(f"Roll: {_shown(s)}" for s in SEGMENTS if has_segments(dof_names)),
-        *(_shown(name).capitalize() for name in ANGLES),
-        *(f"Model: {_shown(name)}" for name in dof_names[ROOT_DOF:]),
+        *(f"{angle}: {readable(s)}" for angle in ("Pitch", "Yaw") for s in SEGMENTS),
+        *(f"Roll: {readable(s)}" for s in SEGMENTS if has_segments(dof_names)),
+        *(readable(name).capitalize() for name in ANGLES),
+        *(f"Model: {readable(name)}" for name in dof_names[ROOT_DOF:]),
     )
 
 
@@ -103,13 +98,8 @@ def track_of(snapshots: Sequence[BodySnapshot], zero_ns: int = 0) -> BodyTrack:
     dof = [s.dof.position for s in snapshots if s.dof is not None and s.dof.names == names]
     complete = bool(names) and len(dof) == len(snapshots)
     return BodyTrack(
-        stamps_ns=np.array([s.stamp_ns for s in snapshots], np.int64),
+        times_s=np.array([s.stamp_ns - zero_ns for s in snapshots], float) * 1e-9,
         joints=np.array([s.joints for s in snapshots]).reshape(-1, len(JOINT_INDEX), 3),
         dof_names=names if complete else (),
         dof=np.array(dof) if complete else None,
-        zero_ns=zero_ns,
     )
-
-
-def _shown(name: str) -> str:
-    return name.replace("_", " ")

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from pose_core.api import FloatArray
+from pose_core.api import FloatArray, SkeletonSample
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
@@ -14,10 +14,10 @@ from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import StaticTransforms
 from pose_node.node_status import NodeStatus
 from pose_view.curves import BodyTrack, track_of
-from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
+from pose_view.messages import body_snapshot, dof_snapshot, link_rotations
 from pose_view.plain_words import StatusLine, imu_line, node_line, stream_line
-from pose_view.robot import JointHistory, RobotSnapshot, RobotTrack, robot_places, robot_shape
-from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
+from pose_view.robot import JointHistory, JointTrack, RobotSnapshot, robot_places, robot_shape
+from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot
 
 RESTART_S = 1.0  # [s] a larger step back in time means a restart
 RATE_WINDOW_S = 2.0  # [s] over which rates and delays are averaged
@@ -52,7 +52,7 @@ class LiveGraph:
         """History of the target angles of the robot's joints."""
         self.robot_joints = JointHistory(self._span_ns)
         """History of the robot's joint states."""
-        self._raw: dict[str, tuple[int, tuple[RawSkeleton, ...]]] = {}
+        self._raw: dict[str, tuple[int, tuple[SkeletonSample, ...]]] = {}
         self._static_transforms = StaticTransforms()
         self._sensors: dict[str, FloatArray] = {}
         self._reports: dict[str, NodeStatus] = {}
@@ -134,11 +134,9 @@ class LiveGraph:
     def add_raw(self, sensor: str, message: Any, now_ns: int) -> None:
         """Add a camera's frame with all persons."""
         try:
-            seen = skeleton_samples(message, sensor)
+            self._raw[sensor] = now_ns, tuple(skeleton_samples(message, sensor))
         except InputError:
             self.counters.add("malformed_skeletons")
-            return
-        self._raw[sensor] = now_ns, tuple(raw_skeleton(sample) for sample in seen)
 
     def add_report(self, report: NodeStatus) -> None:
         """Add a node's report in ``/diagnostics``, by the last part of its name."""
@@ -177,10 +175,10 @@ class LiveGraph:
         first, last = start_s * NS_PER_S, end_s * NS_PER_S
         return track_of([s for s in self._tracks.get(body, ()) if first <= s.stamp_ns <= last])
 
-    def robot_track(self) -> RobotTrack | None:
-        """The robot's history; None without a robot."""
-        asked, robot = self.robot_asked.track(), self.robot_joints.track()
-        return RobotTrack(asked=asked, robot=robot) if asked.joints and robot.joints else None
+    def robot_tracks(self) -> tuple[JointTrack, JointTrack] | None:
+        """History of the robot's target angles and of its measured ones; None without a robot."""
+        asked, measured = self.robot_asked.track(), self.robot_joints.track()
+        return (asked, measured) if asked.joints and measured.joints else None
 
     def persons(self) -> tuple[str, ...]:
         """The ids of all persons in the cameras' frames."""

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.api import BodyEstimate, FloatArray, SkeletonSample
+from pose_core.api import BodyEstimate, FloatArray
 from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import nanoseconds
 from pose_io.skeleton_messages import skeleton_sample
-from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton
+from pose_view.snapshot import BodySnapshot, DofSnapshot
 
 ROOT_PREFIX = "body_"
 
@@ -47,11 +47,6 @@ def body_snapshot(
         dof=dof,
         rotations=rotations or {},
     )
-
-
-def raw_skeleton(sample: SkeletonSample) -> RawSkeleton:
-    """Convert a sample of a sensor."""
-    return RawSkeleton(stamp_ns=sample.stamp_ns, person=sample.person, joints=sample.positions)
 
 
 def link_rotations(message: Any) -> tuple[str, int, dict[str, FloatArray]] | None:

@@ -1,12 +1,12 @@
 """A recording as snapshots at any time."""
 
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Generic, TypeVar
+from operator import itemgetter
+from typing import Any, TypeVar
 
-import numpy as np
-
-from pose_core.api import FloatArray
+from pose_core.api import FloatArray, SkeletonSample
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_io.bag_samples import read_extrinsics
@@ -15,8 +15,8 @@ from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.topics import body_topics, sensor_topics
 from pose_view.curves import BodyTrack, track_of
-from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
-from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
+from pose_view.messages import body_snapshot, dof_snapshot, link_rotations
+from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot
 
 T = TypeVar("T")
 LONGEST_HOLD_S = 0.5  # [s] for which data are shown without an update
@@ -24,36 +24,17 @@ Progress = Callable[[float], None]
 """Called with the fraction of the recording that has been read, 0 to 1."""
 
 
-@dataclass
-class Stamped(Generic[T]):
-    """Items in the order of their stamps."""
+Stamped = list[tuple[int, T]]
+"""Items with their stamps [ns], in ascending order."""
+STAMP = itemgetter(0)
 
-    stamps_ns: list[int] = field(default_factory=list)
-    items: list[T] = field(default_factory=list)
 
-    def add(self, stamp_ns: int, item: T) -> None:
-        """Append an item; :meth:`sort` restores the order."""
-        self.stamps_ns.append(stamp_ns)
-        self.items.append(item)
-
-    def sort(self) -> None:
-        """Sort the items by their stamps."""
-        order = np.argsort(self.stamps_ns, kind="stable")
-        self.items = [self.items[k] for k in order]
-        self.stamps_ns = [self.stamps_ns[k] for k in order]
-
-    def at(self, stamp_ns: int) -> T | None:
-        """The last item up to a stamp [ns], unless it is older than :data:`LONGEST_HOLD_S`."""
-        index = int(np.searchsorted(self.stamps_ns, stamp_ns, side="right")) - 1
-        if index < 0 or stamp_ns - self.stamps_ns[index] > LONGEST_HOLD_S * NS_PER_S:
-            return None
-        return self.items[index]
-
-    def between(self, start_ns: int, end_ns: int) -> list[T]:
-        """The items of an interval [ns], both ends included."""
-        first = int(np.searchsorted(self.stamps_ns, start_ns, side="left"))
-        last = int(np.searchsorted(self.stamps_ns, end_ns, side="right"))
-        return self.items[first:last]
+def latest(entries: Stamped[T], stamp_ns: int) -> T | None:
+    """The last item up to a stamp [ns], unless it is older than :data:`LONGEST_HOLD_S`."""
+    index = bisect_right(entries, stamp_ns, key=STAMP) - 1
+    if index < 0 or stamp_ns - entries[index][0] > LONGEST_HOLD_S * NS_PER_S:
+        return None
+    return entries[index][1]
 
 
 class Recorded:
@@ -70,8 +51,8 @@ class Recorded:
     def __init__(self, bag: BagReader, progress: Progress | None = None) -> None:
         self.path = bag.path
         self.sensors: dict[str, FloatArray] = read_extrinsics(bag)
-        self.bodies: dict[str, Stamped[BodySnapshot]] = {}
-        self._raw: dict[str, Stamped[tuple[RawSkeleton, ...]]] = {}
+        self.bodies: dict[str, Stamped[BodySnapshot]] = defaultdict(list)
+        self._raw: dict[str, Stamped[tuple[SkeletonSample, ...]]] = defaultdict(list)
         self._dof: dict[tuple[str, int], DofSnapshot] = {}
         self._rotations: dict[tuple[str, int], dict[str, FloatArray]] = {}
         self.imus: tuple[str, ...] = ()
@@ -81,10 +62,11 @@ class Recorded:
                 f"{bag.path} holds nothing to show: expected {BODIES}<id>/skeleton or"
                 f" kinect_<name>/skeletons, found {', '.join(sorted(bag.topics))}"
             )
-        stamps = [each.stamps_ns for each in self.bodies.values()]
-        stamps += [each.stamps_ns for each in self._raw.values()]
-        self.start_ns = min(each[0] for each in stamps if each)
-        self.end_ns = max(each[-1] for each in stamps if each)
+        series: list[Stamped[Any]] = [*self.bodies.values(), *self._raw.values()]
+        for entries in series:
+            entries.sort(key=STAMP)
+        self.start_ns = min(entries[0][0] for entries in series)
+        self.end_ns = max(entries[-1][0] for entries in series)
 
     @property
     def has_raw(self) -> bool:
@@ -98,13 +80,13 @@ class Recorded:
 
     def add_body(self, body: str, snapshots: list[BodySnapshot]) -> None:
         """Add a body that was not recorded."""
-        self.bodies[body] = Stamped([s.stamp_ns for s in snapshots], snapshots)
+        self.bodies[body] = [(s.stamp_ns, s) for s in snapshots]
 
     def snapshot(self, time_s: float) -> Snapshot:
         """The snapshot at a time after the start [s]."""
         now_ns = self.start_ns + round(time_s * NS_PER_S)
-        bodies = {name: each.at(now_ns) for name, each in self.bodies.items()}
-        raw = {name: each.at(now_ns) for name, each in self._raw.items()}
+        bodies = {name: latest(each, now_ns) for name, each in self.bodies.items()}
+        raw = {name: latest(each, now_ns) for name, each in self._raw.items()}
         return Snapshot(
             bodies={name: body for name, body in bodies.items() if body is not None},
             sensors=self.sensors,
@@ -115,9 +97,9 @@ class Recorded:
     def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
         """History of one body between two times after the start [s]."""
         first, last = (self.start_ns + round(t * NS_PER_S) for t in (start_s, end_s))
-        known = self.bodies.get(body)
-        items = known.between(first, last) if known is not None else []
-        return track_of(items, self.start_ns)
+        known = self.bodies.get(body, [])
+        rows = slice(bisect_left(known, first, key=STAMP), bisect_right(known, last, key=STAMP))
+        return track_of([pose for _, pose in known[rows]], self.start_ns)
 
     def _read(self, bag: BagReader, progress: Progress) -> None:
         sensors = {topic: name for name, topic in sensor_topics(bag).items()}
@@ -148,11 +130,7 @@ class Recorded:
         for body, skeleton in skeletons:
             key = body, nanoseconds(skeleton.header.stamp)
             pose = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
-            self.bodies.setdefault(body, Stamped()).add(pose.stamp_ns, pose)
-        for shown in self.bodies.values():
-            shown.sort()
-        for seen in self._raw.values():
-            seen.sort()
+            self.bodies[body].append((pose.stamp_ns, pose))
         progress(1.0)
 
     def _add_raw(self, sensor: str, content: Any) -> None:
@@ -161,5 +139,4 @@ class Recorded:
         except InputError:
             return  # the fusion has counted it
         if seen:
-            raw = tuple(raw_skeleton(sample) for sample in seen)
-            self._raw.setdefault(sensor, Stamped()).add(seen[0].stamp_ns, raw)
+            self._raw[sensor].append((seen[0].stamp_ns, tuple(seen)))

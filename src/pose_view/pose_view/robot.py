@@ -40,14 +40,6 @@ class JointTrack:
     position: FloatArray  # (n, j) [rad]
 
 
-@dataclass(frozen=True, kw_only=True)
-class RobotTrack:
-    """Histories of a robot's target angles and measured angles."""
-
-    asked: JointTrack
-    robot: JointTrack
-
-
 class JointHistory:
     """Recent joint states of one topic.
 

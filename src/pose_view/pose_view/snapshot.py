@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import FloatArray
+from pose_core.api import FloatArray, SkeletonSample
 from pose_view.robot import RobotSnapshot
 
 
@@ -35,15 +35,6 @@ class BodySnapshot:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RawSkeleton:
-    """One person's skeleton from one sensor."""
-
-    stamp_ns: int
-    person: str
-    joints: FloatArray  # (15, 3) [m] in the sensor's frame, NaN where not tracked
-
-
-@dataclass(frozen=True, kw_only=True)
 class Snapshot:
     """All data to draw."""
 
@@ -51,7 +42,7 @@ class Snapshot:
     """By the body's id."""
     sensors: Mapping[str, FloatArray] = field(default_factory=dict)
     """T_map_sensor (4, 4) by the sensor's name."""
-    raw: Mapping[str, tuple[RawSkeleton, ...]] = field(default_factory=dict)
+    raw: Mapping[str, tuple[SkeletonSample, ...]] = field(default_factory=dict)
     """All persons of each sensor, by the sensor's name."""
     imus: tuple[str, ...] = ()
     """Segments with an aligned IMU."""

@@ -17,7 +17,7 @@ from sensor_msgs.msg import Imu
 from imu_bridge.protocols.star import RawSample, encode
 from pose_core.joints import SEGMENTS
 from pose_sim.serial_device import PseudoTerminal
-from pose_sim.witmotion_device import Sampling, packets
+from pose_sim.witmotion_device import packets
 
 pytestmark = pytest.mark.graph
 
@@ -157,7 +157,7 @@ class WitMotionSensors:
     def __init__(self, folder: Path, count: int) -> None:
         self.links = [folder / f"wit_{segment}" for segment in SEGMENTS[:count]]
         self.terminals = [PseudoTerminal(link, 115200) for link in self.links]
-        self._data = packets(Sampling(acceleration=[0, 0, 9.8], angular_velocity=[0, 0, 0]))
+        self._data = packets(acceleration=[0, 0, 9.8], angular_velocity=[0, 0, 0])
 
     def nodes(self, baudrate: int = 115200) -> dict:
         entry = {"protocol": "witmotion", "baudrate": baudrate}

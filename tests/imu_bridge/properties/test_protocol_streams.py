@@ -1,11 +1,11 @@
-"""Properties of the decoder for every stream."""
+"""Properties of the parser for every stream."""
 
 import itertools
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from imu_bridge.protocols.star import Decoder, RawSample, encode
+from imu_bridge.protocols.star import RawSample, StarParser, encode, reading
 
 I16 = st.integers(-32768, 32767)
 # Sync words are rare at random: prefer the values that make them.
@@ -43,7 +43,7 @@ def stream(pieces: list[tuple[bytes, RawSample]]) -> bytes:
 @settings(max_examples=200, derandomize=True, deadline=None)
 @given(SAMPLES)
 def test_every_sample_survives_the_wire(sample: RawSample) -> None:
-    assert Decoder().feed(encode(sample)) == [sample]
+    assert StarParser().parse(encode(sample)) == [reading(sample)]
 
 
 @settings(max_examples=200, derandomize=True, deadline=None)
@@ -51,9 +51,9 @@ def test_every_sample_survives_the_wire(sample: RawSample) -> None:
 def test_garbage_between_frames_never_loses_an_intact_frame(
     pieces: list[tuple[bytes, RawSample]],
 ) -> None:
-    decoder = Decoder()
-    samples = decoder.feed(stream(pieces)) + decoder.flush()
-    assert samples == [sample for _, sample in pieces]
+    parser = StarParser()
+    samples = parser.parse(stream(pieces)) + parser.finish()
+    assert samples == [reading(sample) for _, sample in pieces]
 
 
 @settings(max_examples=200, derandomize=True, deadline=None)
@@ -62,12 +62,12 @@ def test_any_split_of_a_stream_gives_the_same_samples_and_counts(
     pieces: list[tuple[bytes, RawSample]], tail: bytes, cuts: list[int]
 ) -> None:
     data = stream(pieces) + tail
-    whole = Decoder()
-    expected = whole.feed(data) + whole.flush()
-    split = Decoder()
+    whole = StarParser()
+    expected = whole.parse(data) + whole.finish()
+    split = StarParser()
     edges = sorted({0, len(data), *(min(cut, len(data)) for cut in cuts)})
-    samples = [s for a, b in itertools.pairwise(edges) for s in split.feed(data[a:b])]
-    assert samples + split.flush() == expected
+    samples = [s for a, b in itertools.pairwise(edges) for s in split.parse(data[a:b])]
+    assert samples + split.finish() == expected
     assert split.counters.as_dict() == whole.counters.as_dict()
 
 
@@ -80,9 +80,9 @@ def test_frame_with_a_corrupted_burst_never_gives_a_sample(
     bits = int.from_bytes(encode(sample), "big")
     error = (burst << first_bit) & ((1 << 33 * 8) - 1)
     corrupted = (bits ^ error).to_bytes(33, "big")
-    decoder = Decoder()
-    samples = decoder.feed(corrupted) + decoder.flush()
-    assert samples == ([sample] if error == 0 else [])
+    parser = StarParser()
+    samples = parser.parse(corrupted) + parser.finish()
+    assert samples == ([reading(sample)] if error == 0 else [])
 
 
 @settings(max_examples=200, derandomize=True, deadline=None)
@@ -91,7 +91,7 @@ def test_every_byte_is_either_in_a_frame_or_counted_as_skipped(
     pieces: list[tuple[bytes, RawSample]], tail: bytes
 ) -> None:
     data = stream(pieces) + tail
-    decoder = Decoder()
-    decoder.feed(data)
-    decoder.flush()
-    assert 33 * decoder.counters["frames"] + decoder.counters["bytes_skipped"] == len(data)
+    parser = StarParser()
+    parser.parse(data)
+    parser.finish()
+    assert 33 * parser.counters["frames"] + parser.counters["bytes_skipped"] == len(data)

@@ -11,7 +11,7 @@ from imu_bridge.protocols.text import TextParser, line_format
 from imu_bridge.protocols.witmotion import WitMotionParser
 from imu_bridge.segments import ImuNode
 from pose_sim.text_device import FIELDS, UNITS, line
-from pose_sim.witmotion_device import Sampling, packets
+from pose_sim.witmotion_device import packets
 
 MS = 1_000_000  # [ns]
 START_NS = 1_700_000_000_000_000_000
@@ -25,13 +25,13 @@ def text_sample(k: int) -> bytes:
 
 def witmotion_sample(k: int, content: tuple[int, ...] = (0x51, 0x52)) -> bytes:
     turned = Rotation.from_euler("z", RATE * 0.01 * k)
-    sampling = Sampling(
+    return packets(
         acceleration=[0, 0, 9.80665],
         angular_velocity=[0, 0, RATE],
         orientation=turned.as_quat(),
-        time_of_day_us=86_399_990_000 + 10_000 * k,  # midnight comes at once
+        time_us=86_399_990_000 + 10_000 * k,  # midnight comes at once
+        content=content,
     )
-    return packets(sampling, content)
 
 
 def pipeline(*parsers: Parser, **options) -> ImuPipeline:

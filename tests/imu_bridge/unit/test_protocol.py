@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from imu_bridge.protocols import star as protocol
-from imu_bridge.protocols.star import Decoder, RawSample, encode, frame, quantise, reading
+from imu_bridge.protocols.star import RawSample, StarParser, encode, frame, quantise, reading
 
 SAMPLE = RawSample(
     node_id=7,
@@ -39,7 +39,7 @@ def test_sample_encodes_to_the_golden_bytes() -> None:
 
 
 def test_golden_bytes_decode_to_the_sample() -> None:
-    assert Decoder().feed(GOLDEN) == [SAMPLE]
+    assert StarParser().parse(GOLDEN) == [reading(SAMPLE)]
 
 
 def test_crc_is_ccitt_false() -> None:
@@ -89,16 +89,16 @@ def test_quantise_saturates_as_a_sensor_does() -> None:
 
 
 def test_truncated_frame_yields_nothing_until_its_rest_arrives() -> None:
-    decoder = Decoder()
-    assert decoder.feed(GOLDEN[:20]) == []
-    assert decoder.feed(GOLDEN[20:]) == [SAMPLE]
-    assert decoder.counters["bytes_skipped"] == 0
+    parser = StarParser()
+    assert parser.parse(GOLDEN[:20]) == []
+    assert parser.parse(GOLDEN[20:]) == [reading(SAMPLE)]
+    assert parser.counters["bytes_skipped"] == 0
 
 
 def test_truncated_frame_does_not_hide_the_next() -> None:
-    decoder = Decoder()
-    assert decoder.feed(GOLDEN[:20] + GOLDEN + GOLDEN) == [SAMPLE, SAMPLE]
-    assert decoder.counters.as_dict() == {
+    parser = StarParser()
+    assert parser.parse(GOLDEN[:20] + GOLDEN + GOLDEN) == [reading(SAMPLE)] * 2
+    assert parser.counters.as_dict() == {
         "frames": 2,
         "crc_errors": 1,
         "bytes_skipped": 20,
@@ -116,39 +116,39 @@ SYNC_WORDS = RawSample(
 
 
 def test_sync_word_within_a_payload_is_data() -> None:
-    decoder = Decoder()
-    assert decoder.feed(encode(SYNC_WORDS) * 2) == [SYNC_WORDS, SYNC_WORDS]
-    assert decoder.counters["bytes_skipped"] == 0
+    parser = StarParser()
+    assert parser.parse(encode(SYNC_WORDS) * 2) == [reading(SYNC_WORDS)] * 2
+    assert parser.counters["bytes_skipped"] == 0
 
 
 def test_stream_joined_within_a_payload_full_of_sync_words_resynchronises() -> None:
-    decoder = Decoder()
-    samples = decoder.feed(encode(SYNC_WORDS)[4:] + GOLDEN) + decoder.flush()
-    assert samples == [SAMPLE]
+    parser = StarParser()
+    samples = parser.parse(encode(SYNC_WORDS)[4:] + GOLDEN) + parser.finish()
+    assert samples == [reading(SAMPLE)]
 
 
 def test_flush_finds_the_frame_behind_a_false_length() -> None:
-    decoder = Decoder()
-    assert decoder.feed(b"\xa5\x5a\x40" + GOLDEN) == []
-    assert decoder.flush() == [SAMPLE]
-    assert decoder.counters["bytes_skipped"] == 3
+    parser = StarParser()
+    assert parser.parse(b"\xa5\x5a\x40" + GOLDEN) == []
+    assert parser.finish() == [reading(SAMPLE)]
+    assert parser.counters["bytes_skipped"] == 3
 
 
 def test_frame_of_an_unknown_kind_is_skipped_whole_and_counted() -> None:
-    decoder = Decoder()
-    assert decoder.feed(frame(b"\x21" + GOLDEN) + GOLDEN) == [SAMPLE]
-    assert decoder.counters["unknown_kinds"] == 1
-    assert decoder.counters["bytes_skipped"] == 0
+    parser = StarParser()
+    assert parser.parse(frame(b"\x21" + GOLDEN) + GOLDEN) == [reading(SAMPLE)]
+    assert parser.counters["unknown_kinds"] == 1
+    assert parser.counters["bytes_skipped"] == 0
 
 
 def test_longer_payload_of_a_supported_kind_is_read() -> None:
-    assert Decoder().feed(frame(GOLDEN[3:-2] + b"later")) == [SAMPLE]
+    assert StarParser().parse(frame(GOLDEN[3:-2] + b"later")) == [reading(SAMPLE)]
 
 
 def test_shorter_payload_of_a_supported_kind_is_counted_as_unknown() -> None:
-    decoder = Decoder()
-    assert decoder.feed(frame(GOLDEN[3:-3])) == []
-    assert decoder.counters["unknown_kinds"] == 1
+    parser = StarParser()
+    assert parser.parse(frame(GOLDEN[3:-3])) == []
+    assert parser.counters["unknown_kinds"] == 1
 
 
 @pytest.mark.parametrize("size", [0, 65])

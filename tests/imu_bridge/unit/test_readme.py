@@ -12,7 +12,7 @@ from imu_bridge.filters import FILTERS
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.protocols import PROTOCOLS
 from imu_bridge.protocols import star as protocol
-from imu_bridge.protocols.star import Decoder
+from imu_bridge.protocols.star import RawSample, StarParser, encode, reading
 from pose_core.joints import SEGMENTS
 from pose_core.parameters import from_mapping, specs, values_from_ros_yaml
 
@@ -28,12 +28,17 @@ def test_the_parameters_are_those_of_the_node():
 def test_the_frame_in_the_readme_decodes_to_the_documented_values():
     found = re.search(r"```hex\n(.*?)```", README, re.DOTALL)
     assert found
-    (sample,) = Decoder().feed(bytes.fromhex(found[1]))
-    assert (sample.node_id, sample.sequence, sample.clock_us) == (3, 258, 1_000_000)
-    assert sample.accelerometer == (0, 0, 16384)
-    assert sample.gyroscope == (131, 0, -131)
-    assert sample.magnetometer == (0, 80, -160)
-    assert sample.magnetometer_valid
+    sample = RawSample(
+        node_id=3,
+        sequence=258,
+        clock_us=1_000_000,
+        accelerometer=(0, 0, 16384),
+        gyroscope=(131, 0, -131),
+        magnetometer=(0, 80, -160),
+        magnetometer_valid=True,
+    )
+    assert bytes.fromhex(found[1]) == encode(sample)
+    assert StarParser().parse(encode(sample)) == [reading(sample)]
 
 
 def test_the_ranges_in_the_readme_are_those_of_the_code():

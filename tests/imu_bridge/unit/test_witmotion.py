@@ -1,12 +1,14 @@
 """WitMotion's packets: bytes computed by hand, and an emulator from the datasheet."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from imu_bridge.protocols.witmotion import WitMotionParser
 from pose_sim.uart import received
-from pose_sim.witmotion_device import Sampling, packets
+from pose_sim.witmotion_device import packets
 
 ALL = (0x50, 0x51, 0x52, 0x53, 0x54, 0x59)
 # 1 g along z is 2048 counts at 16 g / 32768; 0x55 + 0x51 + 0x08 = 0xae.
@@ -15,20 +17,20 @@ GRAVITY = bytes.fromhex("55 51 0000 0000 0008 0000 ae")
 TURN = bytes.fromhex("55 52 0040 0000 0000 0000 e7")
 
 
-def moving(k: int) -> Sampling:
+def moving(k: int) -> dict[str, Any]:
     turned = Rotation.from_euler("xyz", [0.1, -0.7, 0.02 * k])
-    return Sampling(
-        acceleration=[0.5, -9.0, 0.01 * k],
-        angular_velocity=[0.1 * (k % 50), -2.0, 0.3],
-        magnetic_field=[2e-5, -1e-5, -4e-5],
-        orientation=turned.as_quat(),
-        roll_pitch_yaw=[0.1, -0.7, 0.02 * k],
-        time_of_day_us=43_200_000_000 + 10_000 * k,
-    )
+    return {
+        "acceleration": [0.5, -9.0, 0.01 * k],
+        "angular_velocity": [0.1 * (k % 50), -2.0, 0.3],
+        "magnetic_field": [2e-5, -1e-5, -4e-5],
+        "orientation": turned.as_quat(),
+        "roll_pitch_yaw": [0.1, -0.7, 0.02 * k],
+        "time_us": 43_200_000_000 + 10_000 * k,
+    }
 
 
 def stream(count: int, content: tuple[int, ...] = ALL) -> bytes:
-    return b"".join(packets(moving(k), content) for k in range(count))
+    return b"".join(packets(**moving(k), content=content) for k in range(count))
 
 
 def test_golden_packets_are_one_g_and_a_thousand_degrees_a_second():
@@ -43,11 +45,11 @@ def test_every_quantity_comes_through_in_si_units():
     readings = WitMotionParser().parse(stream(12))
     for k, reading in enumerate(readings):
         sent = moving(k)
-        np.testing.assert_allclose(reading.acceleration, sent.acceleration, atol=3e-3)
-        np.testing.assert_allclose(reading.angular_velocity, sent.angular_velocity, atol=1e-3)
-        np.testing.assert_allclose(reading.magnetic_field, sent.magnetic_field, atol=1e-7)
-        np.testing.assert_allclose(reading.orientation, sent.orientation, atol=1e-4)
-        assert reading.clock_us == sent.time_of_day_us
+        np.testing.assert_allclose(reading.acceleration, sent["acceleration"], atol=3e-3)
+        np.testing.assert_allclose(reading.angular_velocity, sent["angular_velocity"], atol=1e-3)
+        np.testing.assert_allclose(reading.magnetic_field, sent["magnetic_field"], atol=1e-7)
+        np.testing.assert_allclose(reading.orientation, sent["orientation"], atol=1e-4)
+        assert reading.clock_us == sent["time_us"]
 
 
 def test_angles_make_an_orientation_where_no_quaternion_is_sent():
@@ -59,7 +61,7 @@ def test_angles_make_an_orientation_where_no_quaternion_is_sent():
 def test_a_sample_does_not_wait_for_the_next_sampling():
     parser = WitMotionParser()
     parser.parse(stream(2, (0x51, 0x52, 0x54)))  # it has seen by now what a sampling holds
-    assert len(parser.parse(packets(moving(2)))) == 1
+    assert len(parser.parse(packets(**moving(2)))) == 1
 
 
 @pytest.mark.parametrize("size", [1, 7, 11, 100])
@@ -76,7 +78,7 @@ def test_half_packets_are_put_together(size: int):
 
 def test_garbage_between_packets_costs_no_sample():
     parser, rng = WitMotionParser(), np.random.default_rng(1)
-    data = b"".join(rng.bytes(int(rng.integers(0, 9))) + packets(moving(k)) for k in range(200))
+    data = b"".join(rng.bytes(int(rng.integers(0, 9))) + packets(**moving(k)) for k in range(200))
     assert len(list(parser.parse(data)) + list(parser.finish())) == 200
     assert parser.counters["frames"] * 11 + parser.counters["bytes_skipped"] == len(data)
 
@@ -92,7 +94,7 @@ def test_a_corrupted_packet_costs_its_own_sample_and_is_counted():
 
 def test_a_lost_last_packet_costs_the_field_of_its_own_sample_alone():
     content = (0x51, 0x52, 0x54)
-    data = stream(3, content) + packets(moving(3), content[:2]) + stream(3, content)
+    data = stream(3, content) + packets(**moving(3), content=content[:2]) + stream(3, content)
     parser = WitMotionParser()
     readings = list(parser.parse(data)) + list(parser.finish())
     assert [reading.magnetic_field is None for reading in readings] == [False] * 3 + [
@@ -103,16 +105,16 @@ def test_a_lost_last_packet_costs_the_field_of_its_own_sample_alone():
 
 def test_packets_of_other_kinds_are_passed_over():
     body = bytes([0x55, 0x56, *range(8)])
-    data = packets(moving(0)) + body + bytes([sum(body) & 0xFF]) + packets(moving(1))
+    data = packets(**moving(0)) + body + bytes([sum(body) & 0xFF]) + packets(**moving(1))
     parser = WitMotionParser()
     assert len(list(parser.parse(data)) + list(parser.finish())) == 2
     assert parser.counters["other_packets"] == 1
 
 
 def test_a_saturated_axis_is_detected():
-    fast = Sampling(acceleration=[0, 0, 9.8], angular_velocity=[50.0, 0, 0])
+    fast = packets(acceleration=[0, 0, 9.8], angular_velocity=[50.0, 0, 0])
     parser = WitMotionParser()
-    parser.parse(packets(fast))
+    parser.parse(fast)
     assert [reading.saturated for reading in parser.finish()] == [True]
 
 

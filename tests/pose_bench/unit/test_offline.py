@@ -7,6 +7,7 @@ import pytest
 from session_bag import write_session
 from synthetic_body import FRAME_NS, extrinsics, kinematics, motion, skeleton_samples
 
+from pose_bench.processes import Usages
 from pose_bench.tools import offline
 from pose_bench.tools.bench import run
 from pose_bench.tools.live_graph import _result
@@ -47,7 +48,10 @@ def noted(states):
     return {"arrived": arrived, "stages": {"to_the_output": "4.0, p99 9.0"}}
 
 
-USAGES = ((0.0, {"fusion": 1.0}, {"fusion": 90.0}), (10.0, {"fusion": 3.0}, {"fusion": 100.0}))
+USAGES = (
+    Usages(at_s=0.0, cpu_s={"fusion": 1.0}, memory_mb={"fusion": 90.0}),
+    Usages(at_s=10.0, cpu_s={"fusion": 3.0}, memory_mb={"fusion": 100.0}),
+)
 
 
 def test_latency_and_load_come_from_the_arrivals_and_the_usages():

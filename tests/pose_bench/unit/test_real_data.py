@@ -143,21 +143,21 @@ def test_results_keep_the_order_of_the_arguments_in_several_processes():
 
 @pytest.mark.data
 def test_a_real_kinect_follows_a_real_vicon(shared_data):
-    repetitions = uiprmd.read_repetitions(shared_data / "uiprmd")
-    squats = [r for r in repetitions.used if r.movement == "01" and r.subject == "03"]
+    used, left_out = uiprmd.read_repetitions(shared_data / "uiprmd")
+    squats = [r for r in used if r.movement == "01" and r.subject == "03"]
 
     found = uiprmd.compare_subject(squats, RAW)
 
     knees = [each for each in found if "knee" in each.angle]
     assert len(knees) == 4
     assert all(each.sd_deg < 6.0 and each.r > 0.99 for each in knees)
-    assert repetitions.left_out["without_vicon"] == 2
+    assert left_out["without_vicon"] == 2
 
 
 @pytest.mark.data
 def test_an_estimate_of_a_real_session_is_cut_into_its_repetitions(shared_data):
-    repetitions = uiprmd.read_repetitions(shared_data / "uiprmd")
-    own = [r for r in repetitions.used if r.movement == "01" and r.subject == "03"]
+    used, _ = uiprmd.read_repetitions(shared_data / "uiprmd")
+    own = [r for r in used if r.movement == "01" and r.subject == "03"]
 
     raw, mean = (uiprmd.compare_subject(own, name) for name in (RAW, "mean"))
 

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from imu_bridge.parameters import ImuBridgeParameters
-from pose_bench.sessions import START_NS, SessionSpec, bench_session
-from pose_core.body.joint_angles import joint_angles
+from pose_bench.sessions import SessionSpec, bench_session
 from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_sim.captured.session import START_NS
 
 SPEC = SessionSpec(choreography="kicks", level="typical", seed=4, duration_s=6.0)
 
@@ -94,8 +94,5 @@ def test_a_clock_offset_is_in_the_stamps_and_in_the_true_extrinsics(session):
     assert np.abs(frames).min(axis=1).max() < 1_000_000
 
 
-def test_the_true_angles_are_those_of_the_true_joints(session):
-    measured = joint_angles(session.truth.positions)
-    for name in ("left_knee_flexion", "right_hip_abduction", "left_elbow_flexion"):
-        assert session.true_angles[name] == pytest.approx(measured[name], abs=1e-6)
+def test_the_truth_has_100_instants_per_second(session):
     assert session.truth.positions.shape == (601, len(JOINTS), 3)

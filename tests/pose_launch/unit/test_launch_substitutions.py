@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from pose_launch.errors import LaunchError, Place
+from pose_launch.errors import FileLine, LaunchError
 from pose_launch.substitutions import Scope, condition, resolve, split_command_line
 
-PLACE = Place(Path("x.launch.yaml"), 7)
+PLACE = FileLine(Path("x.launch.yaml"), 7)
 SCOPE = Scope(
     variables={"rate": "30.0", "name": "rate", "spaced": "two words"},
 )

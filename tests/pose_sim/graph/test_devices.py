@@ -9,7 +9,7 @@ import time
 import pytest
 from patience import PATIENCE_S
 
-from imu_bridge.protocols.star import Decoder
+from imu_bridge.protocols.star import StarParser
 from pose_sim.imu_file import encode_all
 from pose_sim.session import make_session, settings_of
 from pose_sim.session_folder import write_session
@@ -81,8 +81,8 @@ def test_every_frame_of_the_session_arrives_over_the_terminal(
     assert sent + past == count
     # On a crowded machine this reader may come too late; what it missed must have been counted.
     assert len(data) + unread == sent * SAMPLE_FRAME_BYTES
-    samples = Decoder().feed(data)
-    expected = Decoder().feed(b"".join(encode_all(session.imus)))
+    samples = StarParser().parse(data)
+    expected = StarParser().parse(b"".join(encode_all(session.imus)))
     assert {sample.node_id for sample in samples} == set(NODES)
     assert set(samples) <= set(expected)
     if unread == 0:
@@ -98,9 +98,9 @@ def test_a_bad_radio_loses_and_garbles_frames(start_process, folder, session, tm
         + ["--lost", "0.1", "--corrupted", "0.1"]
     )
     process.wait_for_output("synthetic")
-    decoder = Decoder()
-    decoder.feed(read_until_it_ends(process, link))
-    decoder.flush()
+    parser = StarParser()
+    parser.parse(read_until_it_ends(process, link))
+    parser.finish()
     assert process.wait() == 0
     found = SUMMARY.search(process.output)
     assert found
@@ -110,8 +110,8 @@ def test_a_bad_radio_loses_and_garbles_frames(start_process, folder, session, tm
     assert 0.07 * count < garbled < 0.11 * count
     # On a crowded machine some were due before the device or its reader was there.
     missed = past + -(-unread // SAMPLE_FRAME_BYTES)
-    assert sent - garbled - missed <= decoder.counters["frames"] < 0.88 * count
-    assert decoder.counters["bytes_skipped"] > 0
+    assert sent - garbled - missed <= parser.counters["frames"] < 0.88 * count
+    assert parser.counters["bytes_skipped"] > 0
 
 
 def test_started_late_it_skips_what_is_past(start_process, folder, tmp_path):

@@ -8,7 +8,7 @@ from pose_sim.angles import JOINT_NAMES, true_joint_angles
 from pose_sim.body import Body
 from pose_sim.choreography import CHOREOGRAPHIES, compose, plan
 from pose_sim.occlusion import hidden
-from pose_sim.timeline import Timeline
+from pose_sim.timeline import AngleTimeline
 
 NAMES = tuple(CHOREOGRAPHIES)
 
@@ -41,7 +41,8 @@ def largest_step_of_acceleration(timeline, rate):
 @pytest.mark.parametrize("name", NAMES)
 def test_joint_angles_are_twice_continuously_differentiable(name):
     """On a grid four times as fine the steps of a continuous acceleration are a quarter."""
-    timeline = plan(CHOREOGRAPHIES[name], 30.0, Timeline(Body(), np.random.default_rng(5)))
+    timeline = AngleTimeline(Body(), np.random.default_rng(5))
+    plan(CHOREOGRAPHIES[name], 30.0, timeline)
     coarse, _ = largest_step_of_acceleration(timeline, 500.0)
     fine, largest = largest_step_of_acceleration(timeline, 2000.0)
     assert np.all(fine <= 0.35 * coarse + 0.01)
@@ -180,6 +181,13 @@ def test_true_angles_have_the_names_of_the_27_dof_model_and_never_jump(motions):
         assert len(JOINT_NAMES) == 21
         for angle, values in angles.items():
             assert np.abs(np.diff(values)).max() < 0.2, (name, angle)
+
+
+def test_true_angles_are_those_of_the_joints(motions):
+    motion = motions["kicks"]
+    true, measured = true_joint_angles(motion), joint_angles(motion.pose.joints)
+    for name in ("left_knee_flexion", "right_hip_abduction", "left_elbow_flexion"):
+        assert true[name] == pytest.approx(measured[name], abs=1e-6)
 
 
 def test_the_same_seed_moves_alike_and_another_differs():

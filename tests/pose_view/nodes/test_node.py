@@ -28,7 +28,7 @@ def test_in_a_namespace_it_shows_its_own_graph_alone(ros_context, spin_until, mo
 
     port = Parameter("port", value=0)
     viewer = ros_context.add(ViewerNode(namespace="/own", parameter_overrides=[port]))
-    monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
+    monkeypatch.setattr(type(viewer.viewer.server), "has_visitors", True)
     node = ros_context.make_node()
     for name in ("/own/humans/bodies/person_2", "/humans/bodies/person_3"):
         node.create_publisher(Skeleton, f"{name}/skeleton", 10)
@@ -51,7 +51,7 @@ def test_in_a_namespace_it_shows_its_own_graph_alone(ros_context, spin_until, mo
 @pytest.fixture
 def visitor(viewer, monkeypatch):
     """Somebody who looks, without a browser: what counts is that there is one."""
-    monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
+    monkeypatch.setattr(type(viewer.viewer.server), "has_visitors", True)
 
 
 def subscriptions(viewer):
@@ -67,7 +67,7 @@ def test_without_a_browser_it_subscribes_to_nothing(viewer, spin_until):
 
 
 def test_it_subscribes_only_while_a_browser_is_open(viewer, spin_until, monkeypatch):
-    monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
+    monkeypatch.setattr(type(viewer.viewer.server), "has_visitors", True)
     wanted = {
         "/humans/bodies/subject/skeleton",
         "/humans/bodies/subject_imu/estimate",
@@ -78,7 +78,7 @@ def test_it_subscribes_only_while_a_browser_is_open(viewer, spin_until, monkeypa
     spin_until(lambda: wanted <= subscriptions(viewer))
     assert not any(topic.startswith("/imu_") for topic in subscriptions(viewer))
 
-    monkeypatch.setattr(type(viewer.viewer), "has_visitors", False)
+    monkeypatch.setattr(type(viewer.viewer.server), "has_visitors", False)
     spin_until(lambda: not wanted & subscriptions(viewer))
 
 
@@ -117,7 +117,7 @@ def test_people_who_appear_are_drawn_besides_the_requested_bodies(
 
     title = viewer.viewer.server.scene.get_handle_by_name("/bodies/person_2/title")
     assert title.text == "Person 2"
-    assert "Person 2" in viewer.viewer.plots.legend
+    assert "Person 2" in viewer.viewer.plots.legend.content
 
 
 def test_people_who_are_published_no_longer_are_removed(ros_context, viewer, visitor, spin_until):
@@ -128,7 +128,7 @@ def test_people_who_are_published_no_longer_are_removed(ros_context, viewer, vis
 
     scene = viewer.viewer.server.scene
     spin_until(lambda: scene.get_handle_by_name("/bodies/person_2") is None)
-    assert "Person 2" not in viewer.viewer.plots.legend
+    assert "Person 2" not in viewer.viewer.plots.legend.content
     assert not [s for s in viewer._looking if "person_2" in s.topic_name]
 
 

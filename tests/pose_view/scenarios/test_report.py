@@ -8,8 +8,9 @@ from html.parser import HTMLParser
 import pytest
 from session_bag import write_session, write_truth
 
-from pose_bench.sessions import START_NS, SessionSpec, bench_session
+from pose_bench.sessions import SessionSpec, bench_session
 from pose_core.body.joint_angles import ANGLES
+from pose_sim.captured.session import START_NS
 from pose_view.tools import report
 
 METHODS = ["left", "right", "mean", "joint_kf", "li2020"]

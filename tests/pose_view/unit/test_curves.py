@@ -16,7 +16,7 @@ from pose_view.plain_words import Mark, StatusLine, as_html, imu_line, node_line
 from pose_view.web.plots import svg_plot, ticks
 
 JOINTS = moving_joints(4.0)
-TRACK = BodyTrack(stamps_ns=START_NS + FRAME_NS * np.arange(len(JOINTS)), joints=JOINTS)
+TRACK = BodyTrack(times_s=(START_NS + FRAME_NS * np.arange(len(JOINTS))) * 1e-9, joints=JOINTS)
 S = 1_000_000_000
 
 
@@ -25,7 +25,7 @@ def arm(direction):
     joints = np.repeat(JOINTS[:1], len(direction), axis=0)
     elbow = joints[:, JOINT_INDEX["right_elbow"]]
     joints[:, JOINT_INDEX["right_hand"]] = elbow + 0.3 * np.asarray(direction, float)
-    return BodyTrack(stamps_ns=np.arange(len(direction)), joints=joints)
+    return BodyTrack(times_s=np.arange(len(direction)) * 1e-9, joints=joints)
 
 
 def test_pitch_is_the_elevation_of_a_segment_and_yaw_its_heading():
@@ -52,7 +52,7 @@ def test_the_flexion_of_a_limb_that_points_sideways_is_left_out():
     shoulder = joints[0, JOINT_INDEX["right_shoulder"]]
     sideways = shoulder - joints[0, JOINT_INDEX["left_shoulder"]]
     joints[0, JOINT_INDEX["right_elbow"]] = shoulder + sideways
-    track = BodyTrack(stamps_ns=np.zeros(1, np.int64), joints=joints)
+    track = BodyTrack(times_s=np.zeros(1), joints=joints)
 
     assert np.isnan(curve("Right shoulder flexion", track)).all()
     assert np.isfinite(curve("Right shoulder abduction", track)).all()
@@ -61,7 +61,7 @@ def test_the_flexion_of_a_limb_that_points_sideways_is_left_out():
 def test_every_offered_curve_can_be_drawn():
     names = ("pelvis_x",) * 6 + ("waist_flexion",)
     track = BodyTrack(
-        stamps_ns=TRACK.stamps_ns,
+        times_s=TRACK.times_s,
         joints=JOINTS,
         dof_names=names,
         dof=np.full((len(JOINTS), 7), 0.5),

@@ -24,15 +24,15 @@ def feed(graph, stamps_ns):
         graph.add_skeleton("subject", message)
 
 
-def stamps(graph):
-    return graph.track("subject", 0.0, 1e12).stamps_ns.tolist()
+def times_s(graph):
+    return graph.track("subject", 0.0, 1e12).times_s.tolist()
 
 
 def test_a_late_skeleton_is_left_out_and_counted(graph):
     times = [START_NS + k * FRAME_NS for k in range(20)]
     feed(graph, [*times[:10], times[4], *times[10:]])
 
-    assert stamps(graph) == times
+    assert times_s(graph) == [stamp_ns * 1e-9 for stamp_ns in times]
     assert graph.counters["late_skeletons"] == 1
 
 
@@ -41,13 +41,13 @@ def test_a_recording_that_begins_anew_begins_new_curves(graph):
     again = [START_NS + k * FRAME_NS for k in range(5)]
     feed(graph, [*first, *again])
 
-    assert stamps(graph) == again
+    assert times_s(graph) == [stamp_ns * 1e-9 for stamp_ns in again]
 
 
 def test_no_more_is_kept_than_the_plots_show(graph):
     feed(graph, [START_NS + k * S // 10 for k in range(600)])
 
-    assert len(stamps(graph)) == pytest.approx(111, abs=2)
+    assert len(times_s(graph)) == pytest.approx(111, abs=2)
 
 
 def test_a_malformed_skeleton_is_counted(graph):
@@ -55,7 +55,7 @@ def test_a_malformed_skeleton_is_counted(graph):
     message.name = ["head"]
     graph.add_skeleton("subject", message)
 
-    assert stamps(graph) == []
+    assert times_s(graph) == []
     assert graph.counters["malformed_skeletons"] == 1
 
 
@@ -82,14 +82,14 @@ def joint_state(stamp_ns, joints, position):
 
 def test_a_robot_that_follows_has_a_past_once_both_its_topics_have_come(graph):
     graph.robot_asked.add(joint_state(START_NS, ["elbow"], [0.5]))
-    assert graph.robot_track() is None
+    assert graph.robot_tracks() is None
 
     for k in range(300):
         graph.robot_joints.add(joint_state(START_NS + k * S // 10, ["elbow"], [0.1 * k]))
 
-    track = graph.robot_track()
-    assert track.asked.position.tolist() == [[0.5]]
-    assert len(track.robot.times_s) == pytest.approx(111, abs=2)
+    asked, measured = graph.robot_tracks()
+    assert asked.position.tolist() == [[0.5]]
+    assert len(measured.times_s) == pytest.approx(111, abs=2)
 
 
 def test_another_robot_begins_a_new_past(graph):
@@ -97,5 +97,5 @@ def test_another_robot_begins_a_new_past(graph):
     for joints in (["elbow"], ["wrist"]):
         graph.robot_joints.add(joint_state(START_NS, joints, [0.1]))
 
-    assert graph.robot_track().robot.joints == ("wrist",)
-    assert len(graph.robot_track().robot.times_s) == 1
+    assert graph.robot_tracks()[1].joints == ("wrist",)
+    assert len(graph.robot_tracks()[1].times_s) == 1

@@ -35,7 +35,7 @@ def test_a_snapshot_holds_what_was_there_at_its_time(recording, recorded):
         "left": ["1"],
         "right": ["1"],
     }
-    raw, T = snapshot.raw["left"][0].joints, snapshot.sensors["left"]
+    raw, T = snapshot.raw["left"][0].positions, snapshot.sensors["left"]
     assert raw @ T[:3, :3].T + T[:3, 3] == pytest.approx(recording[1][60], abs=1e-6)
 
 
@@ -66,7 +66,7 @@ def test_a_track_is_the_requested_interval(recorded):
 
     assert track.times_s[0] == pytest.approx(1.0, abs=0.04)
     assert track.times_s[-1] == pytest.approx(2.0, abs=0.04)
-    assert len(recorded.track("nobody", 0.0, 9.0).stamps_ns) == 0
+    assert len(recorded.track("nobody", 0.0, 9.0).times_s) == 0
 
 
 def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded, monkeypatch):

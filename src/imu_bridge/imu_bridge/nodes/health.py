@@ -45,7 +45,8 @@ class Health:
         complaints = []
         for i, source in enumerate(self._sources):
             prefix = f"{source.name}." if len(self._sources) > 1 else ""
-            values.update(self._port_values(i, prefix))
+            values[f"{prefix}port"] = source.state.value
+            values |= source.counters.as_dict(prefix) | pipeline.parsers[i].counters.as_dict(prefix)
             complaint = self._port_complaint(i)
             if complaint is not None:
                 complaints.append(complaint)
@@ -69,14 +70,6 @@ class Health:
         else:
             level, message = _summary(silent, len(pipeline.nodes))
         return Report(level=level, message=message, values=values)
-
-    def _port_values(self, i: int, prefix: str) -> dict[str, object]:
-        source, parser = self._sources[i], self._pipeline.parsers[i]
-        return {
-            f"{prefix}port": source.state.value,
-            **source.counters.as_dict(prefix),
-            **parser.counters.as_dict(prefix),
-        }
 
     def _port_complaint(self, i: int) -> tuple[Level, str] | None:
         """Level and message of a port's fault; None without one."""

@@ -163,8 +163,8 @@ def reading(sample: RawSample) -> Reading:
     )
 
 
-class Decoder:
-    """Decodes the frames in a byte stream that may be truncated or noisy.
+class StarParser:
+    """A :class:`~imu_bridge.protocols.reading.Parser` of the star network's frames.
 
     A sync word may occur inside a payload or in noise: if the CRC is wrong, only the two sync bytes
     are skipped, so that a valid frame that starts within the false one is still found.
@@ -175,24 +175,23 @@ class Decoder:
             frames that are not 9-axis samples of version 1.
     """
 
+    clock_modulus_us = CLOCK_MODULUS_US
+
     def __init__(self) -> None:
         self.counters = Counters("frames", "crc_errors", "bytes_skipped", "unknown_kinds")
         self._pending = b""
 
-    def feed(self, data: bytes) -> list[RawSample]:
-        """Add received bytes; returns the samples they complete, in order of arrival."""
-        samples, used = self._scan(self._pending + data, final=False)
-        self._pending = used
-        return samples
+    def parse(self, data: bytes) -> list[Reading]:
+        """See :class:`~imu_bridge.protocols.reading.Parser`."""
+        return self._scan(self._pending + data, final=False)
 
-    def flush(self) -> list[RawSample]:
-        """End the stream when the port is lost; returns samples from the remaining bytes."""
-        samples, self._pending = self._scan(self._pending, final=True)
-        return samples
+    def finish(self) -> list[Reading]:
+        """See :class:`~imu_bridge.protocols.reading.Parser`."""
+        return self._scan(self._pending, final=True)
 
-    def _scan(self, data: bytes, *, final: bool) -> tuple[list[RawSample], bytes]:
-        """The samples in ``data``, and the remaining bytes, which may be an incomplete frame."""
-        samples: list[RawSample] = []
+    def _scan(self, data: bytes, *, final: bool) -> list[Reading]:
+        """The samples in ``data``; the remaining bytes may be an incomplete frame."""
+        samples: list[Reading] = []
         skipped = crc_errors = 0
         view = memoryview(data)
         position = 0
@@ -223,28 +222,15 @@ class Decoder:
                 continue
             position = end
             if data[start + 3] == KIND_SAMPLE and length >= _SAMPLE.size:
-                samples.append(_sample(_SAMPLE.unpack_from(data, start + _PREFIX_BYTES)))
+                samples.append(reading(_sample(_SAMPLE.unpack_from(data, start + _PREFIX_BYTES))))
             else:
                 self.counters.add("unknown_kinds")
         skipped += rest - position
         self.counters.add("frames", len(samples))
         self.counters.add("crc_errors", crc_errors)
         self.counters.add("bytes_skipped", skipped)
-        return samples, data[rest:]
-
-
-class StarParser(Decoder):
-    """A :class:`Parser` of the star network's frames."""
-
-    clock_modulus_us = CLOCK_MODULUS_US
-
-    def parse(self, data: bytes) -> list[Reading]:
-        """See :class:`Parser`."""
-        return [reading(sample) for sample in self.feed(data)]
-
-    def finish(self) -> list[Reading]:
-        """See :class:`Parser`."""
-        return [reading(sample) for sample in self.flush()]
+        self._pending = data[rest:]
+        return samples
 
 
 def _sample(fields: tuple[int, ...]) -> RawSample:

@@ -11,7 +11,7 @@ from rclpy.qos import qos_profile_sensor_data
 
 from kinect_bridge.conversions import to_skeleton_array
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.source import SOURCES, SkeletonFrame, SkeletonSource, Topic
+from kinect_bridge.source import SOURCES, SkeletonFrame, SkeletonSource, SourceTopic
 from pose_core.counters import Counters
 from pose_core.joints import TrackingState
 from pose_io.names import sensor_frame, skeletons_topic
@@ -76,7 +76,7 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)
 
-    def _subscribe(self, topic: Topic, source: SkeletonSource) -> None:
+    def _subscribe(self, topic: SourceTopic, source: SkeletonSource) -> None:
         qos = latched(topic.depth) if topic.latched else sensor_data(topic.depth)
         receive = partial(source.receive, topic=topic.name)
         self.create_subscription(message_class(topic.type_name), topic.name, receive, qos)

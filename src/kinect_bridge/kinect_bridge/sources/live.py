@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinect_bridge.source import SkeletonFrame, Topic
+from kinect_bridge.source import SkeletonFrame, SourceTopic
 from kinect_bridge.sources.live_clock import CLOCK_COUNTERS, LiveClock
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
@@ -67,7 +67,7 @@ class LiveSource:
         *,
         on_host_clock: bool,
         counters: Sequence[str] = (),
-        topics: tuple[Topic, ...] = (),
+        topics: tuple[SourceTopic, ...] = (),
     ) -> None:
         self.name = name
         self.hardware_id = hardware_id

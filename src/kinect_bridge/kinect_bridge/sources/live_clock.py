@@ -43,17 +43,13 @@ class LiveClock:
         self._capture_ns: int | None = None
         self._arrival_ns = 0
         self._stamp_ns: int | None = None
-        self._delay_ns = 0
+        self.delay_ns = 0
+        """Delay from stamp to arrival of the newest frame [ns]."""
 
     @property
     def drift(self) -> float:
         """Relative drift of the host's clock against the source's [s/s]; 0 if unknown."""
         return self._line.skew
-
-    @property
-    def delay_ns(self) -> int:
-        """Delay from stamp to arrival of the newest frame [ns]."""
-        return self._delay_ns
 
     def stamp(self, capture_ns: int | None, arrival_ns: int) -> int | None:
         """The stamp of a frame [ns], or None if it must be left out (and has been counted).
@@ -64,7 +60,7 @@ class LiveClock:
         """
         if capture_ns is None:
             self._counters.add("stamps_missing")
-            return self._finish(arrival_ns - self._delay_ns, arrival_ns)
+            return self._finish(arrival_ns - self.delay_ns, arrival_ns)
         if not self._goes_on(capture_ns, arrival_ns):
             return None
         self._capture_ns, self._arrival_ns = capture_ns, arrival_ns
@@ -93,5 +89,5 @@ class LiveClock:
         if self._stamp_ns is not None and -JUMP_NS <= stamp_ns - self._stamp_ns <= 0:
             self._counters.add("stamps_held")
             stamp_ns = self._stamp_ns + HOLD_NS
-        self._stamp_ns, self._delay_ns = stamp_ns, max(0, arrival_ns - stamp_ns)
+        self._stamp_ns, self.delay_ns = stamp_ns, max(0, arrival_ns - stamp_ns)
         return stamp_ns

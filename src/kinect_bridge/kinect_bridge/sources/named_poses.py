@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.source import Topic
+from kinect_bridge.source import SourceTopic
 from kinect_bridge.sources.live import Person
 from kinect_bridge.sources.topic_source import TopicSource
 from pose_core.stamps import nanoseconds
@@ -28,7 +28,7 @@ class NamedPosesSource(TopicSource):
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         super().__init__(parameters)
         if parameters.message_type:
-            self.topics = (Topic(name=self.hardware_id, type_name=parameters.message_type),)
+            self.topics = (SourceTopic(name=self.hardware_id, type_name=parameters.message_type),)
 
     def receive(self, message: Any, topic: str) -> None:
         """Process a message as one frame, without persons if it has no valid pose."""

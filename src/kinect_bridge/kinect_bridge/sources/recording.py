@@ -6,7 +6,7 @@ from typing import Any
 
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.replay import Replay, make_schedule
-from kinect_bridge.source import SkeletonFrame, Topic
+from kinect_bridge.source import SkeletonFrame, SourceTopic
 from pose_core.errors import ParameterError
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.timeline import make_timeline
@@ -24,7 +24,7 @@ class RecordingSource:
         PoseError: If the recording cannot be read, or a parameter does not fit it.
     """
 
-    topics: tuple[Topic, ...] = ()
+    topics: tuple[SourceTopic, ...] = ()
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         if not parameters.file:
@@ -85,10 +85,11 @@ class RecordingSource:
         due = self._replay.take(now_ns)
         if due is None:
             return None
-        self._late_ns = max(self._late_ns, now_ns - due.stamp_ns)
-        rows = self._stream.rows(due.frame)
+        frame, stamp_ns = due
+        self._late_ns = max(self._late_ns, now_ns - stamp_ns)
+        rows = self._stream.rows(frame)
         return SkeletonFrame(
-            stamp_ns=due.stamp_ns,
+            stamp_ns=stamp_ns,
             person=self._stream.person[rows.start : rows.stop],
             positions=self._stream.positions[rows.start : rows.stop],
             tracking_state=self._stream.tracking_state[rows.start : rows.stop],

@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.source import Topic
+from kinect_bridge.source import SourceTopic
 from kinect_bridge.sources.live import LiveSource
 from pose_io.recordings.joint_map_files import find_joint_map
 
@@ -25,5 +25,5 @@ class TopicSource(LiveSource):
             find_joint_map(parameters.joint_map or self.JOINT_MAP),
             on_host_clock=True,
             counters=self.COUNTERS,
-            topics=(Topic(name=topic, type_name=self.TYPE),),
+            topics=(SourceTopic(name=topic, type_name=self.TYPE),),
         )

@@ -9,21 +9,21 @@ from pose_bench.faults.judging import (
     MOST_RECOVERY_S,
     MOST_SAID_S,
     MOST_STEP_DEG,
-    Verdict,
+    FaultResult,
 )
 from pose_bench.tables import TextTable
 
 HEADER = "fault, step, RMSE, without it, stamps, said, recovery, gap, verdict"
 
 
-def fault_table(verdicts: Sequence[Verdict]) -> TextTable:
+def fault_table(results: Sequence[FaultResult]) -> TextTable:
     """The table with an explanation of its columns."""
-    holds = sum(not verdict.broken for verdict in verdicts)
+    holds = sum(not result.broken for result in results)
     return TextTable(
         title="Faults in the live graph",
         header=HEADER.split(", "),
-        rows=[row(verdict) for verdict in verdicts],
-        note=f"{holds} of {len(verdicts)} faults keep all bounds. "
+        rows=[row(result) for result in results],
+        note=f"{holds} of {len(results)} faults keep all bounds. "
         "step [deg]: the largest change of a joint angle from one joint state to the next, "
         f"beyond the truth's own; at most {MOST_STEP_DEG:g}. RMSE [deg] of the twelve angles "
         "while the fault lasts, and that of an undisturbed run without the sensors that the "
@@ -35,20 +35,20 @@ def fault_table(verdicts: Sequence[Verdict]) -> TextTable:
     )
 
 
-def row(verdict: Verdict) -> list[str]:
+def row(result: FaultResult) -> list[str]:
     """Cells of one line."""
-    fault = verdict.fault
-    stamps = f"{verdict.ahead} / {verdict.backwards} / {verdict.repeated}"
+    fault = result.fault
+    stamps = f"{result.ahead} / {result.backwards} / {result.repeated}"
     return [
         fault.name,
-        f"{verdict.step_deg:.1f}",
-        _number(verdict.rmse_deg),
-        _number(verdict.reference_deg),
+        f"{result.step_deg:.1f}",
+        _number(result.rmse_deg),
+        _number(result.reference_deg),
         "–" if stamps == "0 / 0 / 0" else stamps,
-        _number(verdict.said_s) if fault.said else "",
-        _number(verdict.recovery_s),
-        f"{verdict.longest_gap_s:.2f}",
-        ", ".join(verdict.broken) or "holds",
+        _number(result.said_s) if fault.said else "",
+        _number(result.recovery_s),
+        f"{result.longest_gap_s:.2f}",
+        ", ".join(result.broken) or "holds",
     ]
 
 

@@ -40,6 +40,7 @@ class FaultPlayer(Node):
     """Publishes serialised messages at their times; subscribes to the output and diagnostics."""
 
     def __init__(self) -> None:
+        rclpy.init(args=[])
         super().__init__("fault_player")
         self._publishers_by_topic: dict[str, Any] = {}
         self._joints: list[tuple[int, bytes]] = []
@@ -123,12 +124,6 @@ class FaultPlayer(Node):
         self._executor.shutdown()
         self.destroy_node()
         rclpy.try_shutdown()
-
-
-def new_player() -> FaultPlayer:
-    """Initialise ROS and create the node."""
-    rclpy.init(args=[])
-    return FaultPlayer()
 
 
 def _noting(noted: list[tuple[int, bytes]]) -> Callable[[bytes], None]:

@@ -3,19 +3,18 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
+from rich.progress import MofNCompleteColumn, TimeRemainingColumn
 
 from pose_bench import kinectmultitrack, uiprmd
-from pose_bench.kinectmultitrack import OtherView
 from pose_bench.one_camera import RAW
 from pose_bench.pool import add_jobs_argument, run_all
 from pose_bench.tables import TextTable
 from pose_bench.tools.showing import publish
-from pose_bench.uiprmd import AngleAgreement
 from pose_core.errors import InputError
 from pose_evaluation.tables import csv_text
 from pose_node.plain_console import progress_bar
@@ -52,17 +51,25 @@ def run(arguments: argparse.Namespace) -> int:
     files: dict[str, str] = {}
     console = Console(stderr=True)
     with progress_bar(console, MofNCompleteColumn(), TimeRemainingColumn()) as bar:
-        options = {"estimators": arguments.methods, "jobs": arguments.jobs, "bar": bar}
+        in_jobs = partial(run_all, jobs=arguments.jobs, bar=bar)
         if arguments.uiprmd is not None:
-            found, left_out = run_uiprmd(arguments.uiprmd, **options)
-            for reason, count in left_out.items():
+            used, left_out = uiprmd.read_repetitions(arguments.uiprmd)
+            for reason, count in left_out.as_dict().items():
                 if count:
                     text = f"UI-PRMD: {count} repetitions left out, {reason}"
                     console.print(text, markup=False, soft_wrap=True)
+            subjects = dict.fromkeys(repetition.subject for repetition in used)
+            by_subject = [[r for r in used if r.subject == subject] for subject in subjects]
+            calls = [(own, name) for name in (RAW, *arguments.methods) for own in by_subject]
+            compared = in_jobs(uiprmd.compare_subject, calls, name="UI-PRMD")
+            found = [each for agreements in compared for each in agreements]
             tables.append(uiprmd.table(found))
             files["accuracy_uiprmd.csv"] = rows_csv(found)
         if arguments.kinectmultitrack is not None:
-            views = run_kinectmultitrack(arguments.kinectmultitrack, **options)
+            recordings = kinectmultitrack.single_person_recordings(arguments.kinectmultitrack)
+            pairs = [(each, fed, tuple(arguments.methods)) for each in recordings for fed in (0, 1)]
+            seen = in_jobs(kinectmultitrack.compare_views, pairs, name="KinectMultiTrack")
+            views = [each for other_views in seen for each in other_views]
             tables.append(kinectmultitrack.table(views))
             files["accuracy_kinectmultitrack.csv"] = rows_csv(views)
     publish(tables, "Accuracy", arguments.output, "accuracy.md", **files)
@@ -76,34 +83,3 @@ def rows_csv(rows: Sequence[Any]) -> str:
     names = [each.name for each in fields(rows[0])] if rows else []
     values = (("real", *(getattr(row, name) for name in names)) for row in rows)
     return csv_text(("subject_kind", *names), values)
-
-
-def run_uiprmd(
-    folder: Path, estimators: Sequence[str], *, jobs: int, bar: Progress
-) -> tuple[list[AngleAgreement], dict[str, int]]:
-    """Evaluate every repetition, raw and by each estimator; and count those left out, by reason.
-
-    Raises:
-        InputError: If the folder holds no usable repetition, or one is damaged.
-    """
-    repetitions = uiprmd.read_repetitions(folder)
-    subjects = dict.fromkeys(repetition.subject for repetition in repetitions.used)
-    by_subject = [[r for r in repetitions.used if r.subject == subject] for subject in subjects]
-    arguments = [(own, name) for name in (RAW, *estimators) for own in by_subject]
-    found = run_all(uiprmd.compare_subject, arguments, jobs=jobs, bar=bar, name="UI-PRMD")
-    return [each for agreements in found for each in agreements], repetitions.left_out.as_dict()
-
-
-def run_kinectmultitrack(
-    folder: Path, estimators: Sequence[str], *, jobs: int, bar: Progress
-) -> list[OtherView]:
-    """Evaluate recordings of one person: each camera's raw view and estimates against the other's.
-
-    Raises:
-        InputError: If the folder holds no usable recording, or one is damaged.
-    """
-    recordings = kinectmultitrack.single_person_recordings(folder)
-    arguments = [(recording, fed, tuple(estimators)) for recording in recordings for fed in (0, 1)]
-    compare, name = kinectmultitrack.compare_views, "KinectMultiTrack"
-    found = run_all(compare, arguments, jobs=jobs, bar=bar, name=name)
-    return [view for views in found for view in views]

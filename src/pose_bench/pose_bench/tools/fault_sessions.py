@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.faults.fault import Fault, Signal, Window
-from pose_bench.faults.judging import RECOVERY_S, Poses, Truth, Verdict, judge
+from pose_bench.faults.judging import RECOVERY_S, FaultResult, Poses, Truth, judge
 from pose_bench.faults.packets import Packet, packets_of
-from pose_bench.nodes.fault_player import FaultPlayer, Planned, new_player, planned
+from pose_bench.nodes.fault_player import FaultPlayer, Planned, planned
 from pose_bench.processes import pids_of
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
@@ -84,8 +84,8 @@ def sessions(faults: Sequence[Fault]) -> list[list[Slot]]:
     return found
 
 
-def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator[Verdict]:
-    """Inject faults; yields verdicts session by session.
+def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator[FaultResult]:
+    """Inject faults; yields results session by session.
 
     Args:
         faults: The faults.
@@ -108,11 +108,11 @@ def isolate() -> None:
 
 def _run_session(
     person: CapturedSession, slots: Sequence[Slot], folder: Path, say: Progress
-) -> Iterator[Verdict]:
+) -> Iterator[FaultResult]:
     folder.mkdir(parents=True, exist_ok=True)
     packets = _packets(person, slots)
     plan = [planned(packet) for packet in packets]  # for a start at START_NS
-    player = new_player()
+    player = FaultPlayer()
     graph = start_graph(folder, person.T_map_sensor)
     try:
         player.open(plan)

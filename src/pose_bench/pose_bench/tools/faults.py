@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 from pose_bench.faults.catalogue import FAULTS, chosen
-from pose_bench.faults.judging import Verdict
+from pose_bench.faults.judging import FaultResult
 from pose_bench.faults.table import fault_table, row
 from pose_bench.tools.fault_sessions import run_faults
 from pose_bench.tools.showing import document, show
@@ -30,20 +30,20 @@ def run(options: argparse.Namespace) -> int:
     if options.list:
         print("\n".join(fault.name for fault in faults))
         return 0
-    verdicts: list[Verdict] = []
+    results: list[FaultResult] = []
     with tempfile.TemporaryDirectory(prefix="pose-faults-") as scratch:
         folder = options.output or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        for verdict in run_faults(faults, folder, lambda text: print(text, flush=True)):
-            verdicts.append(verdict)
-            print("  " + " | ".join(row(verdict)), flush=True)
-            if verdict.said:
-                print(f"    said: {verdict.said}", flush=True)
+        for result in run_faults(faults, folder, lambda text: print(text, flush=True)):
+            results.append(result)
+            print("  " + " | ".join(row(result)), flush=True)
+            if result.said:
+                print(f"    said: {result.said}", flush=True)
             if options.output:  # after each one, since all of them take hours
-                text = document("Reliability", [fault_table(verdicts)])
+                text = document("Reliability", [fault_table(results)])
                 (folder / "reliability.md").write_text(text)
-    show([fault_table(verdicts)])
-    broken = [verdict.fault.name for verdict in verdicts if verdict.broken]
+    show([fault_table(results)])
+    broken = [result.fault.name for result in results if result.broken]
     if broken:
         print(f"{len(broken)} of {len(FAULTS)} faults break a bound: {', '.join(broken)}")
     return 1 if broken else 0

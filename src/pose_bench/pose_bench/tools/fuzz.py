@@ -3,7 +3,7 @@
 import argparse
 
 from pose_bench.fuzz_targets import targets
-from pose_bench.fuzzing import MOST_GROWN_MB, Outcome, fuzz
+from pose_bench.fuzzing import MOST_GROWN_MB, TargetResult, fuzz
 from pose_core.errors import InputError
 
 SUMMARY = "mutated files, messages and byte streams: nothing may crash, hang or eat memory"
@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run; 1 if anything crashed."""
-    outcomes: list[Outcome] = []
+    outcomes: list[TargetResult] = []
     with targets() as every:
         chosen = [target for target in every if options.only in target.name]
         if not chosen:
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     return 1 if crashes or grown else 0
 
 
-def _line(outcome: Outcome) -> str:
+def _line(outcome: TargetResult) -> str:
     return (
         f"{outcome.name:20} {outcome.cases:8} cases, {outcome.refused} refused, "
         f"{outcome.kept} inputs kept for new code, slowest {outcome.slowest_s * 1e3:.0f} ms, "

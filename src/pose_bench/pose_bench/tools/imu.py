@@ -1,22 +1,24 @@
 """``./pose bench imu [BROAD_DIR]``: every orientation filter, on BROAD and on the synthetic set."""
 
 import argparse
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
 
 from pose_bench.imu_accuracy import (
+    KINDS,
     VARIANTS,
-    Errors,
-    Variant,
-    mean_errors,
     read_broad,
     synthetic_errors,
     trial_errors,
 )
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_node.plain_console import progress_bar
 
@@ -37,7 +39,6 @@ SYNTHETIC_NOTE = (
     "magnetic field is disturbed at each node by 3 uT (typical) or 7.5 uT (hard) per axis, and "
     "by a slow change."
 )
-KINDS = ("total", "heading", "inclination")
 DURATION_S = 60.0
 SEED = 101
 
@@ -70,47 +71,39 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _broad(folder: Path, progress: Progress) -> list[TextTable]:
     trials = read_broad(folder)
-    found: dict[Variant, list[Errors]] = {}
-    for variant in VARIANTS:
-        task = progress.add_task(f"BROAD, {variant.name}", total=1.0)
-        found[variant] = trial_errors(
-            trials,
-            variant,
-            lambda share: progress.update(task, completed=share),  # noqa: B023
-        )
-        progress.update(task, completed=1.0)
-    rows = {trial.name: [found[v][k] for v in VARIANTS] for k, trial in enumerate(trials)}
+    found = [
+        trial_errors(trials, each, partial(progress.track, description=f"BROAD, {each.name}"))
+        for each in VARIANTS
+    ]
+    rows = dict(zip((trial.name for trial in trials), zip(*found, strict=True), strict=True))
     return _tables("BROAD (optical truth)", rows, PUBLISHED)
 
 
 def _synthetic(progress: Progress) -> list[TextTable]:
     task = progress.add_task("synthetic", total=len(SYNTHETIC) * len(VARIANTS))
-    rows: dict[str, list[Errors]] = {}
+    rows: dict[str, Sequence[FloatArray]] = {}
     for choreography, level in SYNTHETIC:
-        row = rows.setdefault(f"{choreography}, {level}", [])
+        row = []
         for variant in VARIANTS:
             row.append(
                 synthetic_errors(choreography, level, variant, seed=SEED, duration_s=DURATION_S)
             )
             progress.advance(task)
+        rows[f"{choreography}, {level}"] = row
     return _tables("Synthetic subject", rows, SYNTHETIC_NOTE)
 
 
-def _tables(title: str, rows: dict[str, list[Errors]], note: str) -> list[TextTable]:
+def _tables(title: str, rows: Mapping[str, Sequence[FloatArray]], note: str) -> list[TextTable]:
     """One table a kind of error; the note under the last."""
     if len(rows) > 1:
-        means = [mean_errors(list(column)) for column in zip(*rows.values(), strict=True)]
-        rows = {**rows, "mean": means}
+        rows = {**rows, "mean": list(np.mean(list(rows.values()), axis=0))}
     tables = [
         TextTable(
             title=f"{title}: {kind} RMS error [deg]",
             header=["", *(variant.name for variant in VARIANTS)],
-            rows=[
-                [name, *(number(getattr(each, kind), 2) for each in found)]
-                for name, found in rows.items()
-            ],
+            rows=[[name, *(number(each[k], 2) for each in found)] for name, found in rows.items()],
         )
-        for kind in KINDS
+        for k, kind in enumerate(KINDS)
     ]
     tables[-1].note = note
     return tables

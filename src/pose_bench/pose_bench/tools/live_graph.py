@@ -1,14 +1,13 @@
 """The whole graph in real processes: the age of joint states at their arrival, load and memory."""
 
 import time
-from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pose_bench.processes import generate_session, latency_probe, sleep_until, usages
+from pose_bench.processes import Usages, generate_session, latency_probe, sleep_until, usages
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
@@ -57,10 +56,10 @@ def run_live(duration_s: float, folder: Path) -> LiveResult:
     ):
         sleep_until(steady_ns)
         graph.check()
-        before = _usages(graph.pid)
+        before = usages(graph.pid)
         sleep_until(start_ns + round((duration_s - 1.0) * NS_PER_S))
         graph.check()
-        after = _usages(graph.pid)
+        after = usages(graph.pid)
         graph.stop()
     return _result(noted, steady_ns, before, after)
 
@@ -83,29 +82,19 @@ def latencies(arrived: dict[str, int], steady_ns: int) -> tuple[FloatArray, Floa
     return (arrivals - stamps).astype(np.float64) * 1e-6, steps / np.median(steps)
 
 
-Usages = tuple[float, dict[str, float], dict[str, float]]
-"""Time [s]; CPU time [s] and memory [MB] by process."""
-
-
-def _usages(root: int) -> Usages:
-    cpu_s: dict[str, float] = defaultdict(float)
-    memory_mb: dict[str, float] = defaultdict(float)
-    for found in usages(root):
-        if found.name not in SIMULATED:
-            cpu_s[found.name] += found.cpu_s
-            memory_mb[found.name] += found.memory_mb
-    return time.monotonic(), cpu_s, memory_mb
-
-
 def _result(
     noted: dict[str, dict[str, Any]], steady_ns: int, before: Usages, after: Usages
 ) -> LiveResult:
     latency_ms, steps = latencies(noted["arrived"], steady_ns)
-    seconds = after[0] - before[0]
+    seconds = after.at_s - before.at_s
     return LiveResult(
         latency_ms=latency_ms,
         missing=int(np.sum(np.rint(steps) - 1)),
         stages=noted["stages"],
-        load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},
-        memory_mb=dict(after[2]),
+        load={
+            name: (cpu_s - before.cpu_s.get(name, 0.0)) / seconds
+            for name, cpu_s in after.cpu_s.items()
+            if name not in SIMULATED
+        },
+        memory_mb={n: size for n, size in after.memory_mb.items() if n not in SIMULATED},
     )

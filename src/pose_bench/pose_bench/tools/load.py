@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_bench.nodes.fault_player import FaultPlayer, Planned, new_player
-from pose_bench.processes import latency_probe, usages
+from pose_bench.nodes.fault_player import FaultPlayer, Planned
+from pose_bench.processes import Usages, latency_probe, usages
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.fault_sessions import await_graph, isolate, start_graph
@@ -72,7 +72,7 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
         InputError: If the graph does not start, or a process of it ends.
     """
     messages = [loop_message(packet) for packet in scene.packets]
-    player = new_player()
+    player = FaultPlayer()
     player.open([(0.0, each.topic, each.kind, each.data) for each in messages])
     sensors = f"[{', '.join(scene.T_map_sensor)}]"
     max_people = str(scene.max_people)
@@ -94,6 +94,7 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
         stop(graph)
         player.close()
     steady_ns = begin_ns + round(STEADY_S * NS_PER_S)
+    begin, end = measured[0], measured[-1]
     latency_ms, steps = latencies(noted["arrived"], steady_ns)
     steps = np.rint(steps[steps < 50.0])  # the pause between loops is longer
     last = {said.name: said for said in heard.said}
@@ -106,34 +107,14 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
         rmse_deg=scene.rmse_deg(heard.bodies.between(steady_ns, begin_ns + LOOP_NS), begin_ns),
         lost=sum(int(values.get(name, 0)) for values in counts for name in names),
         said=any("lost" in said.message for said in heard.said),
-        cores=measured.cores,
-        memory_mb=measured.memory_mb,
+        cores=(sum(end.cpu_s.values()) - sum(begin.cpu_s.values())) / (end.at_s - begin.at_s),
+        memory_mb={
+            name: [each.memory_mb[name] for each in measured if name in each.memory_mb]
+            for name in end.memory_mb
+        },
         late_ms=1e3 * player.latest_s,
         machine_load=os.getloadavg()[0],
     )
-
-
-class _Measured:
-    """CPU time and memory of a graph's processes while it runs."""
-
-    def __init__(self, root: int) -> None:
-        self._root = root
-        self._times: list[tuple[float, float]] = []  # [s] real time, CPU time
-        self.memory_mb: dict[str, list[float]] = {}
-
-    def measure(self) -> None:
-        """Measure now."""
-        cpu_s = 0.0
-        for found in usages(self._root):
-            cpu_s += found.cpu_s
-            self.memory_mb.setdefault(found.name, []).append(found.memory_mb)
-        self._times.append((time.monotonic(), cpu_s))
-
-    @property
-    def cores(self) -> float:
-        """Mean load [cores] from the first measurement to the last."""
-        (begin_s, before_s), (end_s, after_s) = self._times[0], self._times[-1]
-        return (after_s - before_s) / (end_s - begin_s)
 
 
 def _plan(messages: Sequence[LoopMessage], begin_ns: int) -> list[Planned]:
@@ -143,16 +124,16 @@ def _plan(messages: Sequence[LoopMessage], begin_ns: int) -> list[Planned]:
 
 def _replay(
     player: FaultPlayer, plans: Sequence[list[Planned]], begin_ns: int, root: int
-) -> _Measured:
+) -> list[Usages]:
     """Publish the messages, loop after loop, and measure the graph's processes."""
-    measured = _Measured(root)
+    measured: list[Usages] = []
     times = np.arange(STEADY_S, len(plans) * LOOP_NS / NS_PER_S - 1.0, PERIOD_S)
     for loop, plan in enumerate(plans):
         loop_ns = begin_ns + loop * LOOP_NS
         first_s = loop * LOOP_NS / NS_PER_S
         until_s = LOOP_NS / NS_PER_S - 1.0  # of two seconds without messages
         due = times[(times >= first_s) & (times < first_s + until_s)] - first_s
-        acts = [(at_s, measured.measure) for at_s in due.tolist()]
+        acts = [(at_s, lambda: measured.append(usages(root))) for at_s in due.tolist()]
         player.play(plan, acts, loop_ns, until_s)
     return measured
 

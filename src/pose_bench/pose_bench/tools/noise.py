@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from rich.console import Console
 
-from pose_bench.sessions import JUDGED_FROM_S, START_NS, BenchSession, SessionSpec, bench_session
+from pose_bench.sessions import JUDGED_FROM_S, BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable
 from pose_bench.tools.showing import publish
 from pose_core.api import SkeletonSeries, series_from_samples
@@ -18,6 +18,7 @@ from pose_evaluation.agreement import view_agreement
 from pose_evaluation.scores import HIPS_AND_KNEES as LEGS
 from pose_evaluation.scores import score_method
 from pose_evaluation.stability import bone_length_cv_percent
+from pose_sim.captured.session import START_NS
 from pose_sim.choreography import STILL
 from pose_sim.scene import SENSORS, SceneParameters
 from pose_sim.session import NOISE_PRESETS

@@ -146,7 +146,7 @@ def _fused(in_bag: Path, out_bag: Path) -> tuple[float, float, float]:
     with process:
         while True:
             # Shared memory is counted once.
-            memory_mb = max(memory_mb, sum(each.memory_mb for each in usages(process.pid)))
+            memory_mb = max(memory_mb, sum(usages(process.pid).memory_mb.values()))
             with suppress(subprocess.TimeoutExpired):
                 process.wait(LOOK_S)
                 break

@@ -3,7 +3,8 @@
 import argparse
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from pathlib import Path
 
 import numpy as np
@@ -17,14 +18,6 @@ from pose_sim.captured.clips import bundled_clips, clips_in
 from pose_sim.captured.crowd import Crowd, CrowdSpec, make_crowd
 
 SUMMARY = "identity switches of one to six captured people who cross and leave, and the cost"
-
-
-@dataclass(frozen=True, kw_only=True)
-class PeopleScore:
-    """Figures of one scene."""
-
-    identity: IdentityScore
-    frame_s: float  # [s] of computing time, mean over the sensors' frames
 
 
 def make_scene(
@@ -50,8 +43,12 @@ def make_scene(
     return make_crowd(CrowdSpec(clips=chosen, seed=seed, duration_s=duration_s, leaves=leaves))
 
 
-def score_scene(scene: Crowd) -> PeopleScore:
-    """Assign a scene's skeletons to people, and compare with the true identities."""
+def score_scene(scene: Crowd) -> tuple[IdentityScore, float]:
+    """Assign a scene's skeletons to people, and compare with the true identities.
+
+    Returns:
+        The score, and the computing time [s], mean over the sensors' frames.
+    """
     tracker = PeopleTracker(scene.T_map_sensor)
     given: dict[int, int] = {}
     begin_s = time.process_time()
@@ -64,28 +61,7 @@ def score_scene(scene: Crowd) -> PeopleScore:
         for frame in scene.frames
         for sample, who in zip(frame.persons, frame.truth, strict=True)
     ]
-    return PeopleScore(
-        identity=score_identities(pairs), frame_s=spent_s / max(len(scene.frames), 1)
-    )
-
-
-def score_scenes(
-    people: int,
-    seeds: Sequence[int],
-    duration_s: float,
-    *,
-    leaves: bool,
-    folders: Sequence[Path] = (),
-) -> PeopleScore:
-    """The sum over several scenes."""
-    scores = [
-        score_scene(make_scene(people, seed, duration_s, leaves=leaves, folders=folders))
-        for seed in seeds
-    ]
-    total = scores[0].identity
-    for score in scores[1:]:
-        total = total + score.identity
-    return PeopleScore(identity=total, frame_s=float(np.mean([s.frame_s for s in scores])))
+    return score_identities(pairs), spent_s / max(len(scene.frames), 1)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -124,14 +100,19 @@ def run(arguments: argparse.Namespace) -> int:
     for count in arguments.people:
         for leaves in (False, True):
             with Console(stderr=True).status(f"{count} people"):
-                score = score_scenes(
-                    count,
-                    range(arguments.seed, arguments.seed + arguments.scenes),
-                    arguments.duration,
-                    leaves=leaves,
-                    folders=arguments.motion,
-                )
-            one = score.identity
+                scores = [
+                    score_scene(
+                        make_scene(
+                            count,
+                            arguments.seed + scene,
+                            arguments.duration,
+                            leaves=leaves,
+                            folders=arguments.motion,
+                        )
+                    )
+                    for scene in range(arguments.scenes)
+                ]
+            one = reduce(add, (identity for identity, _ in scores))
             table.rows.append(
                 [
                     str(count),
@@ -140,7 +121,7 @@ def run(arguments: argparse.Namespace) -> int:
                     str(one.switches),
                     number(100.0 * one.wrong / max(one.assigned, 1), 1),
                     number(100.0 * (1.0 - one.assigned / max(one.skeletons, 1)), 1),
-                    number(score.frame_s * 1e3, 2),
+                    number(1e3 * float(np.mean([frame_s for _, frame_s in scores])), 2),
                 ]
             )
     publish([table], "People", arguments.output, "people.md")

@@ -14,7 +14,7 @@ from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.fault_sessions import captured_person, truth_of
 from pose_bench.tools.showing import publish
-from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, Steps, steps_of
+from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, steps_of
 from pose_bench.tools.soak_session import LiveSession
 from pose_core.api import extrinsics_from_map
 from pose_sim.captured.session import START_NS
@@ -84,8 +84,9 @@ def operate(period_ns: int = PERIOD_NS, is_light: bool = False) -> Iterator[Meas
         begin_ns, end_ns = START_NS + loop * LOOP_NS, (loop + 1) * LOOP_NS
         is_due = end_ns >= due_ns
         session.kept = [] if is_due else None
-        steps = visited if loop % VISIT_EVERY == 1 else alone
-        _run_loop(session, steps, begin_ns, loop)
+        for index, messages in enumerate(visited if loop % VISIT_EVERY == 1 else alone):
+            shifted = [(each.source, each.shifted(begin_ns, loop)) for each in messages]
+            session.step(shifted, begin_ns + (index + 1) * STEP_NS)
         if not is_due:
             continue
         due_ns += period_ns
@@ -100,12 +101,6 @@ def operate(period_ns: int = PERIOD_NS, is_light: bool = False) -> Iterator[Meas
         )
         if session.calibration.is_finished:
             session.calibration.restart()
-
-
-def _run_loop(session: LiveSession, steps: Steps, begin_ns: int, visit: int) -> None:
-    for index, messages in enumerate(steps):
-        shifted = [(each.source, each.shifted(begin_ns, visit)) for each in messages]
-        session.step(shifted, begin_ns + (index + 1) * STEP_NS)
 
 
 def broken_bounds(measured: Sequence[Measurement]) -> list[str]:

@@ -33,8 +33,8 @@ from pose_fusion.sample_reader import COUNTS, MessageTimes, SampleReader
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
 from pose_io.typestore import make_typestore
+from pose_sim.scene import SENSORS
 
-SENSORS = ("left", "right")
 LOOK_STEPS, REPORT_STEPS = 20, 100  # [steps of 10 ms] between looks at the sources, and reports
 
 
@@ -69,7 +69,6 @@ class LiveSession:
         self._calibration_readers = {sensor: SkeletonReader(sensor) for sensor in SENSORS}
         self._calibration_imus: dict[str, list[bytes]] = defaultdict(list)
         self._steps = 0
-        self._urdf = ""
         self._shape: BodyShape | None = None  # of the URDF
 
     def step(self, messages: Sequence[tuple[str, bytes]], now_ns: int) -> None:
@@ -139,7 +138,7 @@ class LiveSession:
         shape = self.fusion.shape_of(self.fusion.parameters.subject)
         if shape is not None and shape is not self._shape:
             self._shape = shape
-            self._urdf = make_urdf(self.fusion.subject.model, shape, "subject")
+            make_urdf(self.fusion.subject.model, shape, "subject")
 
     def take_kept(self) -> Poses:
         """The subject's joints since ``kept`` was set to an empty list."""

@@ -63,7 +63,6 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
     """Passes samples to a :class:`PeoplePipeline` and publishes its estimates."""
 
     def __init__(self, **options: Any) -> None:
-        self._bodies: BodyPublishers | None = None
         super().__init__("fusion", FusionNodeParameters, **options)
 
     def configure(self) -> None:
@@ -108,7 +107,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._standstill = Standstill({**self._cameras, **self._imus.queues})
         steady_timer(self, CHECK_PERIOD_S, self._check_sources)
         steady_timer(self, KEEP_PERIOD_S, self.keep_alignments)
-        steady_timer(self, KEEP_PERIOD_S, self._close_forgotten)
+        steady_timer(self, KEEP_PERIOD_S, lambda: self._bodies.keep(self.pipeline.remembered))
         if not self.settings.extrinsics_file:
             self.create_subscription(TFMessage, "tf_static", self._on_tf_static, LATCHED_QOS)
         self.create_subscription(TimeReference, "clock_offsets", self._on_clock, LATCHED_QOS)
@@ -118,7 +117,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
 
     def cleanup(self) -> None:
         """Also destroy the publishers of people who appeared after configuring."""
-        if self._bodies is not None:
+        if hasattr(self, "_bodies"):  # configuring may have failed before
             self._bodies.keep(())
 
     def restart_time(self) -> None:
@@ -256,8 +255,6 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self.pipeline.publish_until(self.get_clock().now().nanoseconds)
 
     def _publish(self, body_id: str, estimates: EstimateBlock) -> None:
-        if self._bodies is None:
-            raise RuntimeError("the node is not configured")
         latency_s = self._bodies.publish(body_id, estimates)
         if body_id == self.settings.subject:
             self._reporter.latency_s = latency_s
@@ -265,19 +262,12 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
 
     def _publish_shapes(self) -> None:
         """Publish each person's kinematic tree and save the subject's shape, once known."""
-        if self._bodies is None:
-            raise RuntimeError("the node is not configured")
         for body_id in {self.settings.subject, *self.pipeline.people}:
             shape = self.pipeline.shape_of(body_id)
             if shape is None or not self._bodies.publish_shape(body_id, shape):
                 continue
             if body_id == self.settings.subject:
                 self._save_shape(shape)
-
-    def _close_forgotten(self) -> None:
-        """Close the topics of people who left and are forgotten."""
-        if self._bodies is not None:
-            self._bodies.keep(self.pipeline.remembered)
 
     def _save_shape(self, shape: BodyShape) -> None:
         path = self._shape_path

@@ -38,11 +38,10 @@ class FusionReporter:
 
     def _unused_sources(self) -> set[str]:
         idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
-        set_aside = self._judge.set_aside if self._judge is not None else ()
         imus = {*self._silent_imus, *self._pipeline.subject.imus.jumping, *idle}
         imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
         names = {f"{sensor}'s names" for sensor in self._watch.faulty}
-        missing = {*set_aside, *self._watch.missing, *imus, *names}
+        missing = {*self.excluded, *self._watch.missing, *imus, *names}
         return missing if self._is_tracking else {*missing, "everything"}
 
     def report(
@@ -169,7 +168,7 @@ class FusionReporter:
         """Excluded sources, and corrections of clocks that have jumped."""
         if self._judge is None:
             return {}
-        set_aside = "; ".join(f"{source}: {why}" for source, why in self._judge.set_aside.items())
+        set_aside = "; ".join(f"{source}: {why}" for source, why in self.excluded.items())
         corrected = self._judge.offsets_s.items()
         return {
             "sources_set_aside": set_aside or "none",

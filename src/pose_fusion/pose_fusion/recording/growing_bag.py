@@ -10,6 +10,8 @@ import os
 import shutil
 import sqlite3
 import time
+from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 from typing import cast
 
@@ -32,13 +34,7 @@ def free_path(path: Path) -> Path:
     Raises:
         InputError: If the path has no name, such as ``.``.
     """
-    if not path.name:
-        raise InputError(f"{path} exists already: name a folder to be made")
-    candidate, number = path, 1
-    while candidate.exists():
-        number += 1
-        candidate = path.with_name(f"{path.name}-{number}")
-    return candidate
+    return list(_series(path))[-1]
 
 
 def dated_path() -> Path:
@@ -54,19 +50,23 @@ def continued_path(path: Path) -> Path:
     Raises:
         InputError: If the path has no name, such as ``.``.
     """
-    if not path.name:
-        raise InputError(f"{path} exists already: name a folder to be made")
-    last, following = path, path
-    while following.exists():
-        last, following = following, _next_path(path, following)
+    *existing, following = _series(path)
+    last = existing[-1] if existing else path
     files = [*last.glob("*.mcap"), *last.glob("*.db3")]
     is_cut_short = bool(files) and not (last / "metadata.yaml").exists()
     return following if is_cut_short else path
 
 
-def _next_path(path: Path, current: Path) -> Path:
-    number = 1 if current == path else int(current.name.rpartition("-")[2])
-    return path.with_name(f"{path.name}-{number + 1}")
+def _series(path: Path) -> Iterator[Path]:
+    """The path, then with -2, -3, …, up to the first that does not exist yet."""
+    if not path.name:
+        raise InputError(f"{path} exists already: name a folder to be made")
+    candidate = path
+    for number in count(2):
+        yield candidate
+        if not candidate.exists():
+            return
+        candidate = path.with_name(f"{path.name}-{number}")
 
 
 class RecordingError(PoseError):

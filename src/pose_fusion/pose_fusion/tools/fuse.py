@@ -102,7 +102,11 @@ class EstimateWriter:
         """Append all messages of one person's estimates, stamped with their instants."""
         model, stamp_ns = self._pipeline.subject.model, int(block.stamps_ns[0])
         if not self._bytes:
-            self._write_places(stamp_ns)
+            extrinsics = self._pipeline.extrinsics
+            if extrinsics is not None:
+                sensors = self._pipeline.parameters.sensors
+                placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in sensors}
+                self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
         if body_id not in self._bytes:
             self._writer.add_topic(urdf_topic(body_id), "std_msgs/msg/String", latched=True)
             for topic, message_type in body_topics(body_id).items():
@@ -122,13 +126,6 @@ class EstimateWriter:
                 self._writer.write_serialized(
                     topic, to_bytes.types[topic], data[index].tobytes(), stamp_ns
                 )
-
-    def _write_places(self, stamp_ns: int) -> None:
-        extrinsics = self._pipeline.extrinsics
-        if extrinsics is not None:
-            sensors = self._pipeline.parameters.sensors
-            placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in sensors}
-            self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
 
     def _append(self, topic: str, message: object, stamp_ns: int) -> None:
         self._writer.write(topic, to_bag_message(message, self._writer.typestore), stamp_ns)

@@ -6,7 +6,6 @@ BVH file's y points up and its z forward: ``(x, y, z)_map = (z, x, y)_bvh``.
 """
 
 import gzip
-import re
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, SIDES
+from pose_io.references.markers import plain
 from pose_sim.captured.clip import PROXIMAL_JOINTS, Clip, resampled
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ class _Skeleton:
         return names[1:]
 
     def _named(self, side: str, wanted: Sequence[str]) -> str:
-        known = {_plain(name): name for name in reversed(self.rotations)}
+        known = {plain(name): name for name in reversed(self.rotations)}
         for name in wanted:
             for spelt in (side + name, side[:1] + name, name + side, f"{name}{side[:1]}"):
                 if spelt in known:
@@ -149,11 +149,6 @@ class _Skeleton:
         raise InputError(
             f"{self._path} has no joint {side}{wanted[0]}: it has {', '.join(self.rotations)}"
         )
-
-
-def _plain(name: str) -> str:
-    """A joint's name without prefix, case and separators."""
-    return re.sub(r"[^a-z0-9]", "", name.rpartition(":")[2].lower())
 
 
 def _parsed(path: Path) -> "bvhio.BvhContainer":

@@ -17,8 +17,9 @@ from scipy.spatial.transform import Rotation
 from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_sim.captured.clips import RATE, Clip, chain, heading, mid_hip, read_clip
-from pose_sim.captured.session import SENSORS, looking_at, stamp_of
+from pose_sim.captured.session import looking_at, stamp_of
 from pose_sim.captured.trackers import TRACKERS, TrackerFrames, at, track
+from pose_sim.scene import SENSORS
 
 ROOM_M = 1.7  # [m] half the side of the square in which people walk
 WAY_M = 0.45  # [m] distance at which two people avoid each other

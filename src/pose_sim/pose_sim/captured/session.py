@@ -12,10 +12,10 @@ from pose_sim.captured.clip import RATE, Clip
 from pose_sim.captured.clips import chain, heading, read_clip, spun
 from pose_sim.captured.imus import NINE, ImuModel, ImuStream, wear
 from pose_sim.captured.trackers import TRACKERS, TrackerFrames, TrackerModel, track
+from pose_sim.scene import SENSORS
 
 START_NS = 1_700_000_000_000_000_000
 """Stamp [ns] of a session's time zero."""
-SENSORS = ("left", "right")
 APART_DEG = (45.0, 95.0)  # [deg] angle between the cameras' directions from the person
 HEIGHT_M = (1.0, 1.6)  # [m] height of a camera
 LEAST_DISTANCE, BEYOND_REACH = 3.0, 1.3  # [m] distance of a camera

@@ -4,9 +4,9 @@ import argparse
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +15,8 @@ from pose_core.errors import InputError, writing
 from pose_core.plain_yaml import dump_yaml
 from pose_node.command_line import run_tool
 from pose_sim import imu_file
-from pose_sim.imu_devices import DEVICES, nodes_file
-from pose_sim.serial_device import PseudoTerminal, Sent, Transmission, over_the_air, transmit
+from pose_sim.imu_devices import BAUDRATES, nodes_file, port_streams
+from pose_sim.serial_device import PseudoTerminal, over_the_air, transmit
 from pose_sim.session_folder import IMU_FILE
 from pose_sim.virtual_imu import NODES
 
@@ -38,7 +38,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--device",
-        choices=tuple(DEVICES),
+        choices=tuple(BAUDRATES),
         default="star",
         help="kind of device: the star network's sink, or a sensor per port (default: %(default)s)",
     )
@@ -84,7 +84,6 @@ def run() -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: stop_signals.append(number))
     frames, note = imu_file.read(arguments.session / IMU_FILE)
-    device = DEVICES[arguments.device]
     rng = np.random.default_rng(arguments.seed)
     transmissions = {
         _link(arguments.link, stream.segment): over_the_air(
@@ -95,22 +94,21 @@ def run() -> int:
             jitter_s=arguments.jitter,
             rng=rng,
         )
-        for stream in device.streams(frames)
+        for stream in port_streams(arguments.device, frames)
     }
     with ExitStack() as stack:
         terminals = [
-            stack.enter_context(PseudoTerminal(link, device.baudrate)) for link in transmissions
+            stack.enter_context(PseudoTerminal(link, BAUDRATES[arguments.device]))
+            for link in transmissions
         ]
         if arguments.nodes_file is not None:
             _write_nodes_file(arguments)
         start_ns = time.time_ns() if arguments.start_at is None else arguments.start_at
         for terminal in terminals:
             print(f"{terminal.link} -> {terminal.device}: {note}", file=sys.stderr, flush=True)
-        sent = _transmit_all(
-            zip(terminals, transmissions.values(), strict=True),
-            start_ns,
-            lambda: bool(stop_signals),
-        )
+        with ThreadPoolExecutor(len(terminals)) as pool:
+            send = partial(transmit, start_ns=start_ns, stopped=lambda: bool(stop_signals))
+            sent = list(pool.map(send, terminals, transmissions.values()))
     print(
         f"imu_device: {'finished' if all(s.finished for s in sent) else 'stopped'}: "
         f"{sum(s.sent for s in sent)} of {len(frames.due_ns)} synthetic frames sent; of all, "
@@ -120,21 +118,6 @@ def run() -> int:
         f"{sum(t.counters['bytes_unread'] for t in terminals)} bytes unread"
     )
     return 0
-
-
-def _transmit_all(
-    ports: Iterable[tuple[PseudoTerminal, Transmission]],
-    start_ns: int,
-    stopped: Callable[[], bool],
-) -> list[Sent]:
-    """Send on all ports in parallel."""
-    pairs = list(ports)
-    with ThreadPoolExecutor(len(pairs)) as pool:
-        futures = [
-            pool.submit(transmit, terminal, transmission, start_ns, stopped=stopped)
-            for terminal, transmission in pairs
-        ]
-        return [future.result() for future in futures]
 
 
 def _check(arguments: argparse.Namespace) -> None:

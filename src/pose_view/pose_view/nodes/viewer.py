@@ -98,7 +98,7 @@ class ViewerNode(Node):
     def _step(self) -> None:
         while not self._tasks.empty():
             self._tasks.get()()
-        if not self.viewer.has_visitors:
+        if not self.viewer.server.has_visitors:
             self._look_away()
             return
         if not self._looking:
@@ -107,7 +107,7 @@ class ViewerNode(Node):
         now_ns = self._now_ns()
         now_s = now_ns / NS_PER_S
         graph = self._graph
-        robot = graph.robot_track()
+        robot = graph.robot_tracks()
         self.viewer.show(graph.snapshot(now_ns), graph.track, now_s, now_s, robot)
         if now_ns - self._shown_status_ns > STATUS_NS:
             self._shown_status_ns = now_ns
@@ -269,7 +269,7 @@ class ViewerNode(Node):
         """Close the page and destroy the node."""
         viewer: Viewer | None = getattr(self, "viewer", None)
         if viewer is not None:
-            viewer.stop()
+            viewer.server.stop()
         super().destroy_node()
 
 

@@ -98,7 +98,11 @@ def compare(recording: ReportData, reference: Reference) -> Compared:
     Raises:
         InputError: If the reference does not fit the recording.
     """
-    aligned_with = _aligning_method(recording)
+    # The focus; if it started late, the first method that covers most of the recording.
+    durations_s = {name: series.duration_s for name, series in recording.methods.items()}
+    enough_s = LARGE_SHARE * max(durations_s.values())
+    names = [recording.focus, *durations_s]
+    aligned_with = next(name for name in names if durations_s[name] >= enough_s)
     reference, alignment = align_reference(reference, angle_series(recording.methods[aligned_with]))
     methods, left_out = _long_enough(recording, reference)
     evaluation = evaluate(
@@ -120,13 +124,6 @@ def compare(recording: ReportData, reference: Reference) -> Compared:
         },
         joints=_joints_in_map(recording, reference),
     )
-
-
-def _aligning_method(recording: ReportData) -> str:
-    """The focus; if it started late, the first method that covers most of the recording."""
-    whole_s = max(series.duration_s for series in recording.methods.values())
-    names = [recording.focus, *recording.methods]
-    return next(n for n in names if recording.methods[n].duration_s >= LARGE_SHARE * whole_s)
 
 
 def _long_enough(

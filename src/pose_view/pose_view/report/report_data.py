@@ -101,6 +101,11 @@ def read_report_data(
             f"no person is seen from {wanted.from_s:g} to {wanted.until_s:g} s of the recording"
         )
     begin_ns, end_ns = _span(methods)
+    if whole != (begin_ns, end_ns):
+        begin_s, end_s = ((ns - whole[0]) * 1e-9 for ns in (begin_ns, end_ns))
+        estimated.notes.append(
+            f"This is the stretch from {begin_s:.1f} to {end_s:.1f} s of a longer recording."
+        )
     return ReportData(
         name=wanted.name,
         begin_ns=begin_ns,
@@ -116,7 +121,7 @@ def read_report_data(
             if name in methods and len(each.stamps_ns)
         },
         focus=wanted.focus if wanted.focus in methods else preferred(list(methods)),
-        notes=(*estimated.notes, *_cut_note(whole, (begin_ns, end_ns))),
+        notes=tuple(estimated.notes),
     )
 
 
@@ -170,7 +175,10 @@ def _estimate(
     own = methods_of_bag(bag, wanted.person, wanted.body, extrinsics)
     setups = known_setups(has_imus=has_imus)
     known = [*own, MEAN, *(setup.name for setup in setups)]
-    _refuse_unknown(wanted, known)
+    unknown = sorted({*wanted.methods, wanted.focus or ALL} - {*known, ALL})
+    if unknown:
+        names = ", ".join(dict.fromkeys(known))
+        raise InputError(f"there is no method {', '.join(unknown)} here: expected some of {names}")
     if not wanted.methods:
         usual = tuple(own) if extrinsics is None else usual_methods(known, sensors)
         wanted = replace(wanted, methods=usual)
@@ -194,7 +202,10 @@ def _estimate(
     for name in [name for name, series in result.methods.items() if len(series) < 2]:
         result.notes.append(f"{name} gave no pose, and is left out.")
         del result.methods[name]
-    result.methods = _shown(result.methods, wanted)
+    shown = (*wanted.methods, wanted.focus)
+    result.methods = {name: each for name, each in result.methods.items() if name in shown}
+    if not result.methods:
+        raise InputError("no person is seen in this recording: there is nothing to report")
     return result
 
 
@@ -210,25 +221,6 @@ def _run(
     imus = any(setup.use_imus for setup in setups)
     samples = BagSamples(bag, wanted.person, progress, extrinsics=extrinsics, imus=imus)
     return run_methods(samples, setups, extrinsics.sensors, extrinsics)
-
-
-def _refuse_unknown(wanted: Wanted, known: Sequence[str]) -> None:
-    asked = [*wanted.methods, *([wanted.focus] if wanted.focus else [])]
-    unknown = sorted(set(asked) - {*known, ALL})
-    if unknown:
-        names = ", ".join(dict.fromkeys(known))
-        raise InputError(f"there is no method {', '.join(unknown)} here: expected some of {names}")
-
-
-def _shown(methods: Mapping[str, SkeletonSeries], wanted: Wanted) -> dict[str, SkeletonSeries]:
-    shown = {
-        name: series
-        for name, series in methods.items()
-        if name in wanted.methods or name == wanted.focus
-    }
-    if not shown:
-        raise InputError("no person is seen in this recording: there is nothing to report")
-    return shown
 
 
 def _span(methods: Mapping[str, SkeletonSeries]) -> tuple[int, int]:
@@ -251,13 +243,6 @@ def _cut_estimates(estimates: EstimateSeries, begin_ns: int, end_ns: int) -> Est
     inside = (estimates.stamps_ns >= begin_ns) & (estimates.stamps_ns <= end_ns)
     fields = {name: value for name, value in vars(estimates).items() if name != "names"}
     return replace(estimates, **{name: value[inside] for name, value in fields.items()})
-
-
-def _cut_note(whole: tuple[int, int], part: tuple[int, int]) -> tuple[str, ...]:
-    if whole == part:
-        return ()
-    begin_s, end_s = ((ns - whole[0]) * 1e-9 for ns in part)
-    return (f"This is the stretch from {begin_s:.1f} to {end_s:.1f} s of a longer recording.",)
 
 
 def seconds(stamps_ns: np.ndarray, begin_ns: int) -> FloatArray:

@@ -125,7 +125,7 @@ def view(words: Sequence[str]) -> int:
     try:
         _play(viewer, recorded, parameters.rate)
     finally:
-        viewer.stop()
+        viewer.server.stop()
     return 0
 
 
@@ -185,7 +185,7 @@ def _play(viewer: Viewer, recorded: Recorded, rate: float) -> None:
     """Update the page while a browser is connected."""
     assert viewer.playback is not None
     while True:
-        if not viewer.has_visitors:
+        if not viewer.server.has_visitors:
             time.sleep(IDLE_S)
             continue
         started = time.monotonic()

@@ -42,7 +42,9 @@ class PlaybackPanel:
         shown = min(RATES, key=lambda name: abs(RATES[name] - 1.0))
         self._rate = gui.add_dropdown("Speed", tuple(RATES), initial_value=shown)
         self._play.on_click(lambda _: self._toggle())
-        self._rate.on_update(lambda _: self._clock.change_rate(RATES[self._rate.value], _now_ns()))
+        self._rate.on_update(
+            lambda _: self._clock.change_rate(RATES[self._rate.value], time.monotonic_ns())
+        )
         step.on_click(lambda _: self._step(step.value))
 
     def time_s(self) -> float:
@@ -55,9 +57,9 @@ class PlaybackPanel:
         if moved_to_s != self._written_s:
             self._written_s, self._touched_s = moved_to_s, time.monotonic()
             self._jump(moved_to_s)
-        position_s = self._clock.position_ns(_now_ns()) / NS_PER_S
+        position_s = self._clock.position_ns(time.monotonic_ns()) / NS_PER_S
         if position_s > self._duration_s:
-            self._clock.jump(0, _now_ns())
+            self._clock.jump(0, time.monotonic_ns())
             position_s = 0.0
         if time.monotonic() - self._touched_s > HANDS_OFF_S:
             shown = min(round(position_s, 2), self._slider.max)
@@ -68,27 +70,23 @@ class PlaybackPanel:
 
     def _toggle(self) -> None:
         if self._clock.paused:
-            self._clock.resume(_now_ns())
+            self._clock.resume(time.monotonic_ns())
         else:
-            self._clock.pause(_now_ns())
+            self._clock.pause(time.monotonic_ns())
         self._show_state()
 
     def _step(self, what: str) -> None:
-        self._clock.pause(_now_ns())
+        self._clock.pause(time.monotonic_ns())
         self._show_state()
-        position_s = self._clock.position_ns(_now_ns()) / NS_PER_S
+        position_s = self._clock.position_ns(time.monotonic_ns()) / NS_PER_S
         step_s = STEPS_S[what]
         self._jump(0.0 if step_s is None else position_s + step_s)
 
     def _jump(self, time_s: float) -> None:
         time_s = min(max(time_s, 0.0), self._duration_s)
-        self._clock.jump(round(time_s * NS_PER_S), _now_ns())
+        self._clock.jump(round(time_s * NS_PER_S), time.monotonic_ns())
 
     def _show_state(self) -> None:
         paused = self._clock.paused
         self._play.label = "Play" if paused else "Pause"
         self._play.icon = viser.Icon.PLAYER_PLAY if paused else viser.Icon.PLAYER_PAUSE
-
-
-def _now_ns() -> int:
-    return time.monotonic_ns()

@@ -7,7 +7,7 @@ import numpy as np
 
 from pose_core.api import FloatArray
 from pose_view.curves import BodyTrack, curve, on_grid, titles
-from pose_view.robot import JointTrack, RobotTrack
+from pose_view.robot import JointTrack
 from pose_view.web.places import Place
 from pose_view.web.server import LocalServer
 
@@ -132,29 +132,33 @@ class PlotPanel:
         self._robot_joints: dict[str, str] = {}  # by title
         panel = server.gui.add_panel()
         with panel.add_tab("Angles"):
-            self._legend = server.gui.add_html(self._own_legend())
+            self.legend = server.gui.add_html("")
             self._plots = [self._add(server, title) for title in DEFAULTS]
         panel.dock_right()
         panel.set_width(WIDTH)
-
-    @property
-    def legend(self) -> str:
-        """Legend above the plots, as HTML."""
-        return str(self._legend.content)
+        self._write_legend()
 
     def add(self, place: Place) -> None:
         """Add a body's curves."""
         self._places.append(place)
-        self._legend.content = self._own_legend()
+        self._write_legend()
 
     def remove(self, body: str) -> None:
         """Remove a body's curves."""
         self._places = [place for place in self._places if place.body != body]
-        self._legend.content = self._own_legend()
+        self._write_legend()
 
-    def _own_legend(self) -> str:
-        robot = [("Robot", ROBOT_LINE)] if self._robot_joints else []
-        return _legend([(place.title, place.line) for place in self._places] + robot)
+    def _write_legend(self) -> None:
+        """Titles with the colours of their lines."""
+        lines = [(place.title, place.line) for place in self._places]
+        lines += [("Robot", ROBOT_LINE)] if self._robot_joints else []
+        dots = "".join(
+            f'<span style="white-space:nowrap;margin-right:1em"><span style="display:inline-block;'
+            f"width:1.4em;height:0.28em;vertical-align:middle;margin-right:0.4em;"
+            f'background:{color}"></span>{title}</span>'
+            for title, color in lines
+        )
+        self.legend.content = f'<div style="padding:0.5em 0.75em 0;font-size:0.85em">{dots}</div>'
 
     def offer_dof(self, names: tuple[str, ...]) -> None:
         """Add the model's joint angles to the choices, once their names are known."""
@@ -166,8 +170,10 @@ class PlotPanel:
 
     def _offer_robot(self, joints: Sequence[str]) -> None:
         """Add a robot's joints to the choices, and show the first ones."""
-        self._robot_joints = {_robot_title(joint): joint for joint in joints}
-        self._legend.content = self._own_legend()
+        self._robot_joints = {
+            ROBOT + joint.removesuffix("_joint").replace("_", " "): joint for joint in joints
+        }
+        self._write_legend()
         self._titles = (*self._titles, *self._robot_joints)
         for (chosen, _), title in zip(self._plots, self._robot_joints, strict=False):
             chosen.options = self._titles
@@ -178,7 +184,7 @@ class PlotPanel:
         track_of: TrackOf,
         now_s: float,
         zero_s: float = 0.0,
-        robot: RobotTrack | None = None,
+        robot: tuple[JointTrack, JointTrack] | None = None,
     ) -> None:
         """Draw the plots up to a time.
 
@@ -186,22 +192,25 @@ class PlotPanel:
             track_of: Returns the history of each body.
             now_s: Right end of the plots [s].
             zero_s: Zero of the horizontal axis [s].
-            robot: History of a robot.
+            robot: Histories of a robot's target angles and measured angles.
         """
         if robot is not None and not self._robot_joints:
-            self._offer_robot(robot.robot.joints)
+            self._offer_robot(robot[1].joints)
         count = round(self._span_s * GRID_RATE) + 1
         grid = np.linspace(now_s - self._span_s, now_s, count)
         tracks = [track_of(place.body, grid[0] - GAP_S, now_s) for place in self._places]
         for chosen, plot in self._plots:
             joint = self._robot_joints.get(chosen.value)
             if joint is None:
-                rows = [_row(chosen.value, track, grid) for track in tracks]
+                rows = [
+                    on_grid(track.times_s, curve(chosen.value, track), grid, GAP_S)
+                    for track in tracks
+                ]
                 colors = [place.line for place in self._places]
             elif robot is None:
                 continue
             else:
-                rows = [_joint_row(joint, track, grid) for track in (robot.asked, robot.robot)]
+                rows = [_joint_row(joint, track, grid) for track in robot]
                 colors = [ASKED_LINE, ROBOT_LINE]
             picture = svg_plot(
                 grid - zero_s,
@@ -219,19 +228,8 @@ class PlotPanel:
         return chosen, server.gui.add_html("")
 
 
-def _row(title: str, track: BodyTrack, grid: FloatArray) -> FloatArray:
-    if len(track.stamps_ns) < 2:
-        return np.full(len(grid), np.nan)
-    values = curve(title, track)
-    return on_grid(track.times_s, values, grid, GAP_S)
-
-
-def _robot_title(joint: str) -> str:
-    return ROBOT + joint.removesuffix("_joint").replace("_", " ")
-
-
 def _joint_row(joint: str, track: JointTrack, grid: FloatArray) -> FloatArray:
-    if joint not in track.joints or len(track.times_s) < 2:
+    if joint not in track.joints:
         return np.full(len(grid), np.nan)
     values = np.degrees(track.position[:, track.joints.index(joint)])
     return on_grid(track.times_s, values, grid, GAP_S)
@@ -245,14 +243,3 @@ def _range(rows: Sequence[FloatArray]) -> tuple[float, float]:
     low = 10.0 * np.floor((known.min() - MARGIN) / 10.0)
     high = 10.0 * np.ceil((known.max() + MARGIN) / 10.0)
     return float(low), float(max(high, low + 20.0))
-
-
-def _legend(lines: Sequence[tuple[str, str]]) -> str:
-    """Titles with the colours of their lines."""
-    dots = "".join(
-        f'<span style="white-space:nowrap;margin-right:1em"><span style="display:inline-block;'
-        f"width:1.4em;height:0.28em;vertical-align:middle;margin-right:0.4em;"
-        f'background:{color}"></span>{title}</span>'
-        for title, color in lines
-    )
-    return f'<div style="padding:0.5em 0.75em 0;font-size:0.85em">{dots}</div>'

@@ -86,7 +86,7 @@ class LocalServer(viser.ViserServer):
     def __init__(self, host: str, port: int, title: str) -> None:
         _check_address(host)
         self._guard = Guard(host)
-        with _quiet(), _guarded(self._guard):
+        with contextlib.redirect_stdout(io.StringIO()), _guarded(self._guard):
             super().__init__(host=host, port=port, label=title, verbose=False)
 
     @property
@@ -124,7 +124,7 @@ class LocalServer(viser.ViserServer):
 
     def stop(self) -> None:
         """Close all connections and stop."""
-        with _quiet():
+        with contextlib.redirect_stdout(io.StringIO()):
             super().stop()
 
 
@@ -165,10 +165,3 @@ def _guarded(guard: Guard) -> Iterator[None]:
         yield
     finally:
         websockets.asyncio.server.serve = serve  # type: ignore[misc]
-
-
-@contextlib.contextmanager
-def _quiet() -> Any:
-    """Suppress the messages that viser prints on stdout."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        yield

@@ -75,12 +75,15 @@ class Stage:
         self._sensors: dict[str, FloatArray] = {}
         self._ghosts: dict[str, LineSegmentsHandle] = {}
         self._robot = RobotAvatar(scene)
-        self._has_view = self._has_robot = False
+        self.has_view = False
+        """Whether every browser's camera is set to the first person; False resets it."""
+        self._has_robot = False
         self._reach = SPACING * middle  # [m] of the outer avatars from the middle one
         self._set_view(np.array(EXPECTED_AT), None)
         server.on_client_connect(self._welcome)
-        self._shows_sensors = True
-        self._shows_ghosts = False
+        self.shows_sensors = True
+        self.shows_ghosts = False
+        """Whether each camera's raw skeletons are drawn, transformed by the extrinsics."""
 
     def add(self, place: Place, absent: str, left: float = 0.0) -> None:
         """Add a body, displaced to the left of its position in map by ``left`` [m]."""
@@ -102,29 +105,17 @@ class Stage:
             if snapshot.robot is not None:
                 self._robot.show(snapshot.robot)
                 has_robot = bool(snapshot.robot.position)
-                self._has_view &= has_robot == self._has_robot
+                self.has_view &= has_robot == self._has_robot
                 self._has_robot = has_robot
             self._show_sensors(snapshot)
             self._show_ghosts(snapshot)
-        if not self._has_view and snapshot.bodies:
+        if not self.has_view and snapshot.bodies:
             body = snapshot.bodies.get(self._centre_body) or next(iter(snapshot.bodies.values()))
-            self._has_view = bool(np.isfinite(body.joints).all())
-            if self._has_view:
+            self.has_view = bool(np.isfinite(body.joints).all())
+            if self.has_view:
                 links = snapshot.robot.position if snapshot.robot is not None else {}
                 robot = np.mean([*links.values()], axis=0) if links else None
                 self._set_view(body.joints.mean(axis=0), robot)
-
-    def reset_view(self) -> None:
-        """Reset every browser's camera."""
-        self._has_view = False
-
-    def show_sensors(self, shown: bool) -> None:
-        """Show or hide the sensors."""
-        self._shows_sensors = shown
-
-    def show_ghosts(self, shown: bool) -> None:
-        """Show or hide the raw skeletons of each camera, transformed by the extrinsics."""
-        self._shows_ghosts = shown
 
     def _set_view(self, body: FloatArray, robot: FloatArray | None) -> None:
         """Set the camera to the sensors' side, for current and future browsers.
@@ -181,8 +172,8 @@ class Stage:
         self._sensors = dict(snapshot.sensors)
         for name in self._sensors:
             node = self._server.scene.get_handle_by_name(f"/sensors/{name}")
-            if node is not None and node.visible != self._shows_sensors:
-                node.visible = self._shows_sensors
+            if node is not None and node.visible != self.shows_sensors:
+                node.visible = self.shows_sensors
 
     def _draw_sensor(self, name: str, T: FloatArray) -> None:
         scene = self._server.scene
@@ -213,12 +204,12 @@ class Stage:
         for index, (sensor, skeletons) in enumerate(sorted(snapshot.raw.items())):
             name = f"/ghosts/{sensor}"
             T = snapshot.sensors.get(sensor)
-            if not self._shows_ghosts or T is None or not skeletons:
+            if not self.shows_ghosts or T is None or not skeletons:
                 node = self._ghosts.pop(sensor, None)
                 if node is not None:
                     node.remove()
                 continue
-            joints = np.concatenate([each.joints for each in skeletons])
+            joints = np.concatenate([each.positions for each in skeletons])
             starts = len(JOINT_INDEX) * np.arange(len(skeletons))
             lines = (joints @ T[:3, :3].T + T[:3, 3])[
                 (starts[:, None, None] + BONES).reshape(-1, 2)

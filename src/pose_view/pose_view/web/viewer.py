@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import viser
@@ -10,7 +11,7 @@ from viser import GuiCheckboxHandle
 from pose_view.body.joint_marks import CERTAIN, COLORS, MEANINGS, PALE, UNCERTAIN
 from pose_view.parameters import ViewParameters
 from pose_view.recorded import Recorded
-from pose_view.robot import RobotTrack
+from pose_view.robot import JointTrack
 from pose_view.snapshot import Snapshot
 from pose_view.web.graph_panel import GraphCommands, GraphPanel
 from pose_view.web.page_style import PHONE_STYLE
@@ -95,18 +96,13 @@ class Viewer:
         self._plot_span_s = parameters.plot_span
         self._switches: dict[str, GuiCheckboxHandle] = {}  # of people besides the requested bodies
 
-    @property
-    def has_visitors(self) -> bool:
-        """Whether a browser is connected."""
-        return self.server.has_visitors
-
     def show(
         self,
         snapshot: Snapshot,
         track_of: TrackOf,
         now_s: float,
         zero_s: float,
-        robot: RobotTrack | None = None,
+        robot: tuple[JointTrack, JointTrack] | None = None,
     ) -> None:
         """Update the page.
 
@@ -115,7 +111,7 @@ class Viewer:
             track_of: Returns the history of each body, for the plots.
             now_s: Current time of the tracks [s].
             zero_s: Zero of the plots [s].
-            robot: History of a robot.
+            robot: Histories of a robot's target angles and measured angles.
         """
         for name in sorted(snapshot.bodies.keys() - self.stage.avatars.keys()):
             self._add_person(name)
@@ -133,10 +129,6 @@ class Viewer:
         with self.server.atomic():
             self.plots.update(track_of, now_s, zero_s, robot)
 
-    def stop(self) -> None:
-        """Close the page."""
-        self.server.stop()
-
     def _add_choices(self) -> None:
         """Add the check boxes of what is drawn."""
         gui = self.server.gui
@@ -144,10 +136,11 @@ class Viewer:
         with self._choices:
             for place in self.places:
                 self._switch(place.title, True, self.stage.avatars[place.body].set_visible)
-            self._switch("Sensors", True, self.stage.show_sensors)
-            self._switch("Raw skeletons of the cameras", False, self.stage.show_ghosts)
+            self._switch("Sensors", True, partial(setattr, self.stage, "shows_sensors"))
+            show_ghosts = partial(setattr, self.stage, "shows_ghosts")
+            self._switch("Raw skeletons of the cameras", False, show_ghosts)
             reset = gui.add_button("Reset view", icon=viser.Icon.HOME)
-            reset.on_click(lambda _: self.stage.reset_view())
+            reset.on_click(lambda _: setattr(self.stage, "has_view", False))
 
     def _add_person(self, body: str) -> None:
         """Add a person besides the requested bodies, at the position in map."""

@@ -93,13 +93,8 @@ def attitude_figures(analysis: Analysis) -> FigureSet:
     """
     recording = analysis.recording
     sources = attitude_sources(analysis)
-    shown: dict[str, SkeletonSeries] = {}
-    for role, name in sources.items():
-        series = recording.in_map(name)
-        if series is not None:
-            shown[role] = series
-    if analysis.compared is not None and analysis.compared.joints is not None:
-        shown = {REFERENCE: analysis.compared.joints, **shown}
+    in_map, named = _in_map(analysis), {REFERENCE: REFERENCE, **sources}
+    shown = {role: in_map[name] for role, name in named.items() if name in in_map}
     rolls = {
         role: recording.estimates[name]
         for role, name in sources.items()

@@ -6,7 +6,6 @@ from datetime import datetime, timezone
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
@@ -129,7 +128,6 @@ def render_page(analysis: Analysis, joint: str) -> str:
     )
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figures"] = lambda block: isinstance(block, FigureSet)
-    environment.filters["safe_html"] = Markup
     parts = sections(analysis, joint)
     return environment.get_template("report.html.jinja").render(
         title=f"Report: {analysis.recording.name}",

@@ -87,7 +87,10 @@ def cycle_table(
         found = [curves.get(method, {}).get(angle) for method in methods]
         if any(found):
             texts = [
-                "–" if c is None else _plus_minus(c.range_mean_deg, c.range_sd_deg) for c in found
+                "–"
+                if c is None
+                else f"{number(c.range_mean_deg, 1)} ±\N{NO-BREAK SPACE}{number(c.range_sd_deg, 1)}"
+                for c in found
             ]
             rows.append(text_row(readable(angle), *texts))
     return Table(
@@ -96,7 +99,3 @@ def cycle_table(
         columns=tuple(method_label(method) for method in methods),
         rows=tuple(rows),
     )
-
-
-def _plus_minus(mean: float, sd: float) -> str:
-    return f"{number(mean, 1)} ±\N{NO-BREAK SPACE}{number(sd, 1)}"
