@@ -43,6 +43,7 @@ MAX_CLOCK_OFFSET_S = 0.5  # [s] of the search
 FARTHEST_CLOCK_OFFSET_S = 5.0  # [s] of a second search, if the first finds no offset
 LEAST_CLOCK_OFFSET_S = 0.01  # [s] smaller ones are as likely a tracker's lag
 MOST_APART_S = 0.9  # [s] of stamps recorded together; from a second on, time would run backwards
+RECORDED_STDDEV_S = 0.1  # [s] of an offset by the stamps of samples that were recorded together
 MOST_TRIED = 3  # [-] people tried, one after the other
 
 
@@ -130,9 +131,13 @@ def calibrate_people(
         except CalibrationError as error:
             failure = failure or error
             continue
-        _check_stamps(every, sensors[0], found.extrinsics.clocks)
-        return replace(found, people=max(len(frame) for frame in frames_kept))
-    _check_stamps(every, sensors[0], {})
+        clocks = _with_recorded_stamps(every, sensors[0], found.extrinsics.clocks)
+        return replace(
+            found,
+            extrinsics=replace(found.extrinsics, clocks=clocks),
+            people=max(len(frame) for frame in frames_kept),
+        )
+    _with_recorded_stamps(every, sensors[0], {})
     raise failure or CalibrationError("found no skeletons")
 
 
@@ -171,8 +176,8 @@ def complete(
     if memory.segments:
         found = _imu_findings(extrinsics, by_sensor, memory)
         extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
-    _check_stamps(every, extrinsics.reference, extrinsics.clocks)
-    return extrinsics
+    clocks = _with_recorded_stamps(every, extrinsics.reference, extrinsics.clocks)
+    return replace(extrinsics, clocks=clocks)
 
 
 def moved_sensors(
@@ -193,10 +198,14 @@ def moved_sensors(
     return find_moved_or_displaced(_aligned(by_sensor, extrinsics.clocks), extrinsics)
 
 
-def _check_stamps(
+def _with_recorded_stamps(
     frames: Iterable[Sequence[SkeletonSample] | ImuBlock], reference: str, clocks: Clocks
-) -> None:
-    """Raise InputError if sources that were recorded together have stamps that are far apart."""
+) -> Clocks:
+    """The clocks, and that of the IMUs where their stamps are far from those recorded with them.
+
+    Raises:
+        InputError: If a sensor's stamps are.
+    """
     apart_ns: dict[str, list[int]] = {}
     reference_ns: int | None = None
     for each in frames:
@@ -213,13 +222,18 @@ def _check_stamps(
             apart_ns.setdefault(source, []).append(clock.to_reference(newest_ns) - reference_ns)
     for source, differences in apart_ns.items():
         apart_s = float(np.median(differences)) / NS_PER_S
-        if abs(apart_s) > MOST_APART_S:
+        if abs(apart_s) <= MOST_APART_S:
+            continue
+        if source != IMUS:
             raise InputError(
                 f"the stamps of '{source}' are {apart_s:+.1f} s from those of "
                 f"'{reference}' that were recorded at the same time, and the motion "
                 "does not tell their clocks' offset: give it in the section 'clocks' of an "
                 "extrinsics file (docs/calibration.md), or leave this source out"
             )
+        offset_ns = clocks.get(IMUS, Clock()).offset_ns + round(apart_s * NS_PER_S)
+        clocks = {**clocks, IMUS: Clock(offset_ns=offset_ns, stddev_s=RECORDED_STDDEV_S)}
+    return clocks
 
 
 def _clock_offsets(

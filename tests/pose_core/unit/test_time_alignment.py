@@ -103,6 +103,14 @@ def test_a_sensor_is_absent_in_a_gap_too_long_to_interpolate():
     assert aligner.counters["incomplete_frames"] == 4
 
 
+def test_a_slow_sensor_is_interpolated_between_its_frames():
+    aligner = TimeAligner(["a", "b"])  # up to 0.1 s
+    slow = [sample("b", t) for t in range(0, 3000, 175)]
+    fast = [sample("a", t) for t in range(0, 3000, 33)]
+    frames = feed(aligner, *sorted([*slow, *fast], key=lambda one: one.stamp_ns))
+    assert sensors(frames)[-20:] == ["ab"] * 20
+
+
 def test_frames_wait_for_a_silent_sensor_at_most_max_wait():
     aligner = TimeAligner(["a", "b"], max_wait_s=0.2)
     feed(aligner, sample("a", 0), sample("b", 0))

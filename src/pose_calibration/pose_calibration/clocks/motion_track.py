@@ -11,6 +11,8 @@ from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
+GAP_PERIODS = 1.5  # [-] longest gap of a slow sensor, in periods
+LONGEST_GAP_S = 0.45  # [s] of the slowest
 SLOW_S = 2.0  # [s] slower differences are not due to a delay
 
 
@@ -47,7 +49,7 @@ def interpolated(own: FloatArray, values: FloatArray, wanted: FloatArray) -> Flo
     share = (wanted - own[after - 1]) / step
     shares = share.reshape(-1, *[1] * (values.ndim - 1))
     result: FloatArray = values[after - 1] + shares * (values[after] - values[after - 1])
-    result[(share < 0.0) | (share > 1.0) | (step > MAX_GAP_S)] = np.nan
+    result[(share < 0.0) | (share > 1.0) | (step > _longest_gap_s(own))] = np.nan
     return result
 
 
@@ -74,6 +76,12 @@ def without_slow(values: FloatArray, known: NDArray[np.bool_], width: int) -> Fl
     return np.where(known[..., None], values - mean, 0.0)
 
 
+def _longest_gap_s(stamps: FloatArray) -> float:
+    """Longest gap [s] to interpolate across, of a slow sensor 1.5 of its periods."""
+    period_s = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    return max(MAX_GAP_S, min(GAP_PERIODS * period_s, LONGEST_GAP_S))
+
+
 def _smoothed(stamps: FloatArray, positions: FloatArray) -> Track:
     """Weighted means of neighbouring samples, and of their stamps.
 
@@ -86,6 +94,7 @@ def _smoothed(stamps: FloatArray, positions: FloatArray) -> Track:
     windows = [slice(first, first + count) for first in range(len(KERNEL))]
     mean_stamps = sum(w * stamps[part] for w, part in zip(KERNEL, windows, strict=True))
     mean = sum(w * positions[part] for w, part in zip(KERNEL, windows, strict=True))
-    pause = np.maximum.reduce([np.diff(stamps)[part] for part in windows[:-1]]) > MAX_GAP_S
+    longest = np.maximum.reduce([np.diff(stamps)[part] for part in windows[:-1]])
+    pause = longest > _longest_gap_s(stamps)
     mean = np.where(pause[:, None, None], np.nan, mean)
     return Track(np.asarray(mean_stamps), mean)

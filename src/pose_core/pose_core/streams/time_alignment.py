@@ -9,6 +9,7 @@ Generalised to any number of sensors, and to frames that are late, missing or re
 """
 
 from bisect import bisect_left
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
@@ -22,6 +23,9 @@ from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 from pose_core.streams.samples import SkeletonSample
 
 BEFORE_ALL_NS = -(2**63)
+SLOWEST_NS = 300_000_000  # [ns] a longer period is a silence
+PERIODS = 9  # [-] intervals whose median is a sensor's period
+GAP_PERIODS = 1.5  # [-] longest gap of a slow sensor, in periods
 COUNTS = (
     "received",
     "repeated_stamp",
@@ -47,6 +51,8 @@ class _Stream:
     """One sensor's samples that may still be needed."""
 
     samples: list[SkeletonSample] = field(default_factory=list)  # ascending stamps
+    gaps_ns: list[int] = field(default_factory=list)  # [ns] longest gap allowed before each
+    intervals_ns: deque[int] = field(default_factory=lambda: deque(maxlen=PERIODS))
     next_index: int = 0  # index of the first sample that may still open a frame
     first_ns: int | None = None
     last_ns: int | None = None
@@ -59,6 +65,13 @@ class _Stream:
         waiting = self.next_index < len(self.samples)
         return self.samples[self.next_index].stamp_ns if waiting else None
 
+    @property
+    def period_ns(self) -> int:
+        """Usual interval between its samples [ns]; 0 while it is not known."""
+        if len(self.intervals_ns) <= PERIODS // 2:
+            return 0
+        return sorted(self.intervals_ns)[len(self.intervals_ns) // 2]
+
     def joined(self, stamp_ns: int) -> bool:
         """Whether the sensor takes part in a frame."""
         return not any(from_ns < stamp_ns <= to_ns for from_ns, to_ns in self.away)
@@ -67,7 +80,7 @@ class _Stream:
         """Discard samples before a stamp, except the last one and unused ones."""
         later = bisect_left(self.samples, stamp_ns + 1, key=attrgetter("stamp_ns"))
         count = max(0, min(later - 1, self.next_index))
-        del self.samples[:count]
+        del self.samples[:count], self.gaps_ns[:count]
         self.next_index -= count
         self.away = [(from_ns, to_ns) for from_ns, to_ns in self.away if to_ns > stamp_ns]
 
@@ -79,6 +92,7 @@ class TimeAligner:
     up to ``max_skew_s`` later are its pairs and open no frame of their own, so a dropped frame
     disturbs one pairing, not all that follow. Every sensor is interpolated to the frame's stamp
     between the two samples around it; where these lie more than ``max_gap_s`` apart, it is absent.
+    For a sensor whose frames are slower than that, the limits are 1.5 of its periods, up to 0.45 s.
 
     A frame waits for every sensor. One that stays away for more than ``max_wait_s``, by the stamps
     of the others, is waited for no longer until it sends again. The first sample after such a
@@ -171,7 +185,10 @@ class TimeAligner:
             stream.away.append((gone_ns, sample.stamp_ns + self._max_skew_ns))
         if self._last_emitted_ns is not None and sample.stamp_ns <= self._last_emitted_ns:
             self.counters.add("late")
+        if stream.last_ns is not None and sample.stamp_ns - stream.last_ns < SLOWEST_NS:
+            stream.intervals_ns.append(sample.stamp_ns - stream.last_ns)
         stream.samples.append(sample)
+        stream.gaps_ns.append(self._longest_gap_ns(stream))
         if stream.first_ns is None:
             stream.first_ns = sample.stamp_ns
         stream.last_ns = sample.stamp_ns
@@ -191,7 +208,16 @@ class TimeAligner:
         if not others:
             return False
         since_ns = stream.last_ns if stream.last_ns is not None else min(begun, default=stamp_ns)
-        return stream.silent or stamp_ns - since_ns > self._max_wait_ns - self._max_skew_ns
+        longest_ns = self._longest_wait_ns(stream) - self._max_skew_ns
+        return stream.silent or stamp_ns - since_ns > longest_ns
+
+    def _longest_gap_ns(self, stream: _Stream) -> int:
+        """Longest gap [ns] to interpolate across."""
+        return max(self._max_gap_ns, round(GAP_PERIODS * stream.period_ns))
+
+    def _longest_wait_ns(self, stream: _Stream) -> int:
+        """Longest silence [ns] to wait for."""
+        return self._max_wait_ns + self._longest_gap_ns(stream) - self._max_gap_ns
 
     def _emit(self, *, waiting: bool) -> list[AlignedFrame]:
         frames = []
@@ -223,7 +249,7 @@ class TimeAligner:
             reached = stream.last_ns is not None and stream.last_ns >= stamp_ns
             if reached or stream.silent or not stream.joined(stamp_ns):
                 continue
-            stream.silent = newest_ns - stamp_ns > self._max_wait_ns
+            stream.silent = newest_ns - stamp_ns > self._longest_wait_ns(stream)
             must_wait |= not stream.silent
         return must_wait
 
@@ -244,7 +270,7 @@ class TimeAligner:
         if after.stamp_ns == stamp_ns:
             return after
         before = stream.samples[index - 1] if index > 0 else None
-        if before is None or after.stamp_ns - before.stamp_ns > self._max_gap_ns:
+        if before is None or after.stamp_ns - before.stamp_ns > stream.gaps_ns[index]:
             return None
         return interpolate(before, after, stamp_ns)
 
