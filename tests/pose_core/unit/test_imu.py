@@ -154,7 +154,10 @@ def test_silences_are_named_with_their_times_however_samples_come_in_blocks(per_
     for first in range(0, len(samples), per_block):
         imus.add(joined([block_of(each) for each in samples[first : first + per_block]]))
     segment = samples[0].segment
-    assert imus.silence(segment, 50_000 * MS, 62_000 * MS) == "silent from 3.0 to 5.5 s"
+    assert (
+        imus.silence(segment, 50_000 * MS, 62_000 * MS)
+        == "without usable samples from 3.0 to 5.5 s"
+    )
     assert imus.silence(segment, 48_000 * MS, 64_000 * MS) == (
-        "silent from 0.0 to 2.2 s, from 5.0 to 7.5 s, from 14.0 s on"
+        "without usable samples from 0.0 to 2.2 s, from 5.0 to 7.5 s, from 14.0 s on"
     )

@@ -122,3 +122,16 @@ def test_samples_after_a_gap_or_a_clock_reset_are_not_checked():
     check.checked(given)
     assert len(check.checked(given)) == len(given)
     assert len(check.checked(given.rows(np.arange(0, 100, 20)))) == 5
+
+
+def test_samples_of_a_saturated_gyroscope_are_rejected_for_two_seconds():
+    orientations, rates = turning(6.0, speed=12.0)
+    clipped = rates.copy()
+    clipped[:300] = np.clip(rates[:300], -5.0, 5.0)
+    clipped[300:] *= 0.4  # slow again
+    given = block(orientations, clipped)
+    at_limit = np.abs(clipped[:300]).max(axis=1) == 5.0
+    second = np.flatnonzero(at_limit[:-1] & at_limit[1:])[0] + 1
+    used = OrientationCheck().checked(given).stamps_ns
+    assert not np.any((used > given.stamps_ns[second]) & (used < given.stamps_ns[300]))
+    assert used[used > given.stamps_ns[300]].min() > given.stamps_ns[200] + 2e9

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
 from pose_calibration.clocks.motion_track import SLOW_S, Track, interpolated, without_slow
 from pose_core.api import FloatArray, ImuBlock
+from pose_core.imu.burst_stamps import BurstStamps
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.stamps import JUMP_BACK_NS
 
@@ -54,6 +55,7 @@ class ImuMemory:
 
     def __init__(self, reach_ns: int = 2**62) -> None:
         self._reach_ns = reach_ns
+        self._bursts = BurstStamps()
         self._stamps: dict[str, list[int]] = {}
         self._quaternions: dict[str, list[FloatArray]] = {}
 
@@ -64,6 +66,7 @@ class ImuMemory:
 
     def add(self, block: ImuBlock) -> None:
         """Append samples, at least :data:`EVERY_NS` apart."""
+        block = self._bursts.restored(block)
         for row, stamp_ns in enumerate(block.stamps_ns.tolist()):
             segment = block.segments[block.imu[row]]
             if segment in SEGMENT_ENDS:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pose_core.counters import Counters
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck, RateFault
+from pose_core.imu.burst_stamps import BurstStamps
 from pose_core.imu.imu_history import NO_MEASUREMENTS, ImuHistory, ImuMeasurements
 from pose_core.imu.orientation_check import OrientationCheck
 from pose_core.stamps import NS_PER_S
@@ -22,6 +23,7 @@ class ImuSet:
 
     def __init__(self) -> None:
         self._history = ImuHistory()
+        self._bursts = BurstStamps()
         self._rates = AngularVelocityCheck()
         self._check = OrientationCheck()
         self._known_at: int | None = None  # [ns] the instant of ``_known``
@@ -36,6 +38,7 @@ class ImuSet:
             "imu_readings_missing",
             "imu_samples_against_gyroscope",
             "imu_samples_inverse",
+            "imu_stamps_restored",
         )
 
     @property
@@ -73,6 +76,10 @@ class ImuSet:
     def add(self, block: ImuBlock) -> int:
         """Store samples; return how many were rejected because their IMU has newer ones."""
         self._known_at = None
+        arrived, block = block, self._bursts.restored(block)
+        if block is not arrived:
+            is_restored = block.stamps_ns != arrived.stamps_ns
+            self.counters.add("imu_stamps_restored", int(is_restored.sum()))
         checked = self._check.checked(self._rates.checked(block))
         self._slips, self._replaced = self._check.slips, self._rates.replaced
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
@@ -94,7 +101,7 @@ class ImuSet:
         return rejected
 
     def silence(self, segment: str, begin_ns: int, end_ns: int) -> str:
-        """When an IMU sent nothing for more than a second from begin to end; empty if it did not.
+        """When an IMU had no usable samples for more than a second; empty if it always had.
 
         Args:
             segment: The IMU's segment.
@@ -113,7 +120,7 @@ class ImuSet:
         ]
         if len(texts) > MOST_NAMED:
             texts = [f"{len(texts)} times, the last {texts[-1]}"]
-        return f"silent {', '.join(texts)}" if texts else ""
+        return f"without usable samples {', '.join(texts)}" if texts else ""
 
     def has_reached(self, stamp_ns: int) -> bool:
         """Whether every IMU that still sends has a sample at or after an instant."""

@@ -9,7 +9,8 @@ frame. A jump about the vertical is one of the heading, for example if the IMU's
 is subtracted from all later samples. Any other large jump that the next samples do not undo is a
 slip: the sensor's orientation on the segment has changed, or another sensor uses its name. An IMU
 that jumps repeatedly, or repeats one sample although it rotates, is excluded until it has been
-steady for a second.
+steady for a second. So is one whose gyroscope is saturated, for two seconds: an axis stays at the
+largest value that it has had. What its orientation filter integrates then is wrong.
 """
 
 from collections.abc import Mapping
@@ -35,6 +36,9 @@ TOLERATED = 3.0  # [jumps] before an IMU is excluded
 FORGIVEN = 2.0  # [jumps/s]
 STEADY_NS = NS_PER_S  # [ns] without a jump, after which it is used again
 SMALLEST_SLIP = 0.35  # [rad] jump of a sensor that has moved on its segment
+LEAST_SATURATED = 4.0  # [rad/s] smaller than any gyroscope's range
+PLATEAU = 2  # [-] repetitions of an axis' largest value, from which on it is saturated
+SATURATED_NS = 2 * NS_PER_S  # [ns] after which an orientation filter has recovered
 SLIP_NS = NS_PER_S // 40  # [ns] without a further jump, after which it is no bad sample
 
 Quaternion = tuple[float, float, float, float]
@@ -54,6 +58,9 @@ class _Memory(NamedTuple):
     slips: NDArray[np.int64]  # (imus,) number of slips
     heading: FloatArray  # (imus,) [rad] correction of orientations about the vertical
     set_aside: NDArray[np.bool_]  # (imus,)
+    largest: FloatArray  # (imus, 3) [rad/s] largest magnitude of the rate about each axis
+    repeated: NDArray[np.int64]  # (imus, 3) how often it has just been repeated
+    saturated_ns: NDArray[np.int64]  # (imus,) stamp of the last sample with a saturated rate
 
 
 class OrientationCheck:
@@ -118,6 +125,9 @@ def _make_memory(imus: int) -> _Memory:
         slips=np.zeros(imus, np.int64),
         heading=np.zeros(imus),
         set_aside=np.zeros(imus, np.bool_),
+        largest=np.full((imus, 3), LEAST_SATURATED),
+        repeated=np.zeros((imus, 3), np.int64),
+        saturated_ns=np.zeros(imus, np.int64),
     )
 
 
@@ -144,7 +154,11 @@ def check_samples(
         i = imu[row]
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
         has_jumped = may_have_slipped = False
-        if 0.0 < dt_s <= LONGEST_STEP_S:
+        if is_saturated(rate[row], memory.rate[i], memory.largest[i], memory.repeated[i]):
+            memory.saturated_ns[i] = stamps_ns[row]
+        saturated = memory.saturated_ns[i] > 0
+        saturated &= stamps_ns[row] - memory.saturated_ns[i] < SATURATED_NS
+        if 0.0 < dt_s <= LONGEST_STEP_S and not saturated:
             apart, tilt, turn = orientation_jump(
                 memory.orientation[i], memory.rate[i], orientation[row], rate[row], dt_s
             )
@@ -176,7 +190,7 @@ def check_samples(
             may_have_slipped = False
             memory.slips[i] += 1
         memory.is_doubted[i] = may_have_slipped and not memory.set_aside[i]
-        is_used[row] = not (has_jumped or memory.is_doubted[i] or memory.set_aside[i])
+        is_used[row] = not (has_jumped or memory.is_doubted[i] or memory.set_aside[i] or saturated)
         memory.stamp_ns[i] = stamps_ns[row]
         for k in range(4):
             memory.orientation[i, k] = orientation[row, k]
@@ -187,6 +201,28 @@ def check_samples(
             x, y, z, w = orientation[row]
             orientation[row, 0], orientation[row, 1] = c * x - s * y, c * y + s * x
             orientation[row, 2], orientation[row, 3] = c * z + s * w, c * w - s * z
+
+
+@compiled_in_place
+def is_saturated(
+    rate: FloatArray, before: FloatArray, largest: FloatArray, repeated: NDArray[np.int64]
+) -> bool:
+    """Whether an axis of the gyroscope stays at the largest value that it has had.
+
+    Args:
+        rate: Of this sample, (3,) [rad/s].
+        before: Of the last one, (3,) [rad/s].
+        largest: Largest magnitude about each axis, (3,) [rad/s]; updated.
+        repeated: How often it has just been repeated, (3,); updated.
+    """
+    found = False
+    for axis in range(3):
+        magnitude = abs(rate[axis])
+        is_same = magnitude >= largest[axis] and rate[axis] == before[axis]
+        repeated[axis] = repeated[axis] + 1 if is_same else 0
+        largest[axis] = max(largest[axis], magnitude)
+        found |= repeated[axis] >= PLATEAU
+    return found
 
 
 @compiled_in_place

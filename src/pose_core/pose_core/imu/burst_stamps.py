@@ -1,0 +1,100 @@
+"""Sampling times of IMUs whose samples arrive in bursts and are stamped on arrival.
+
+Bluetooth delivers the samples of several periods at once. Stamped on arrival, they are a fraction
+of a millisecond apart, and then tens of milliseconds; a gyroscope can't be integrated over such
+times. A sample is taken one period after the one before, but not after its arrival: the last of a
+burst arrives without delay. Evenly stamped samples are left as they are.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.arrays import FloatArray
+from pose_core.imu.imu_rows import rows_of_block
+from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.streams.samples import ImuBlock
+
+LONGEST_BURST_NS = 250e6  # [ns] a longer pause is a silence
+MEMORY = 200.0  # [-] intervals of the running means
+CLOSE = 0.3  # [periods] shorter intervals are within a burst
+BURST_SHARE = 0.3  # [-] of intervals within bursts, from which on the samples come in bursts
+CATCH_UP = 0.003  # [-] of its distance from the arrival by which a sampling time follows
+LONGEST_DELAY_NS = 100e6  # [ns] of a sample in a burst
+
+
+class _Memory(NamedTuple):
+    """Memory of each IMU, from sample to sample."""
+
+    arrival_ns: NDArray[np.int64]  # (imus,) stamp of the last sample as it came; 0: none
+    sampled_ns: FloatArray  # (imus,) [ns] since that of ``begin_ns``
+    begin_ns: NDArray[np.int64]  # (imus,) stamp of the first sample
+    intervals: FloatArray  # (imus,) number of intervals, up to :data:`MEMORY`
+    period_ns: FloatArray  # (imus,) running mean of the intervals
+    share: FloatArray  # (imus,) [-] running share of intervals within bursts
+
+
+class BurstStamps:
+    """Restores the stamps of IMUs whose samples come in bursts."""
+
+    def __init__(self) -> None:
+        self._segments: list[str] = []
+        self._memory = _make_memory(0)
+        self._restore = type_specialised(restore_stamps)
+
+    def restored(self, block: ImuBlock) -> ImuBlock:
+        """The block with sampling times instead of times of arrival, where they come in bursts."""
+        self._memory, imu = rows_of_block(block, self._segments, self._memory, _make_memory)
+        stamps_ns = np.array(block.stamps_ns)
+        if not self._restore(self._memory, imu, stamps_ns):
+            return block
+        return replace(block, stamps_ns=stamps_ns)
+
+
+def _make_memory(imus: int) -> _Memory:
+    return _Memory(
+        arrival_ns=np.zeros(imus, np.int64),
+        sampled_ns=np.zeros(imus),
+        begin_ns=np.zeros(imus, np.int64),
+        intervals=np.zeros(imus),
+        period_ns=np.zeros(imus),
+        share=np.zeros(imus),
+    )
+
+
+@compiled_in_place
+def restore_stamps(memory: _Memory, imu: NDArray[np.int64], stamps_ns: NDArray[np.int64]) -> bool:
+    """Restore stamps one after the other; whether any has changed.
+
+    Args:
+        memory: Memory of the IMUs; updated.
+        imu: Index of each sample's IMU, (n,).
+        stamps_ns: Times of arrival, replaced by sampling times, (n,).
+    """
+    has_changed = False
+    for row in range(len(imu)):
+        i = imu[row]
+        since_ns = float(stamps_ns[row] - memory.arrival_ns[i])
+        is_first = memory.arrival_ns[i] == 0
+        if not is_first and -LONGEST_BURST_NS < since_ns < 0.0:
+            continue
+        memory.arrival_ns[i] = stamps_ns[row]
+        if is_first or abs(since_ns) > LONGEST_BURST_NS:
+            memory.begin_ns[i], memory.sampled_ns[i] = stamps_ns[row], 0.0
+            continue
+        memory.intervals[i] = min(memory.intervals[i] + 1.0, MEMORY)
+        is_close = 1.0 if since_ns < CLOSE * memory.period_ns[i] else 0.0
+        memory.period_ns[i] += (since_ns - memory.period_ns[i]) / memory.intervals[i]
+        memory.share[i] += (is_close - memory.share[i]) / memory.intervals[i]
+        arrived_ns = float(stamps_ns[row] - memory.begin_ns[i])
+        if memory.share[i] <= BURST_SHARE:
+            memory.sampled_ns[i] = arrived_ns
+            continue
+        sampled_ns = memory.sampled_ns[i] + memory.period_ns[i]
+        sampled_ns += CATCH_UP * (arrived_ns - sampled_ns)
+        memory.sampled_ns[i] = min(max(sampled_ns, arrived_ns - LONGEST_DELAY_NS), arrived_ns)
+        stamps_ns[row] = memory.begin_ns[i] + np.int64(memory.sampled_ns[i])
+        has_changed = True
+    return has_changed
