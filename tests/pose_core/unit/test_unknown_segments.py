@@ -37,7 +37,7 @@ def run(readings):
             imus=measurements_of(states),
         )
         runner.process(observation)
-    angles = runner._estimator._filter.state.pose.rotations
+    angles = runner.estimator._filter.state.pose.rotations
     return runner, angles.ravel()
 
 
@@ -53,6 +53,6 @@ def test_an_imu_on_a_segment_unknown_to_the_model_is_reported_and_not_used():
     runner, angles = run({"tail": 1.0, **known})
     np.testing.assert_array_equal(angles, alone)
     assert np.abs(alone - run({})[1]).max() > np.radians(3.0)
-    (tail,) = [use for use in runner.imu_uses if use.segment == "tail"]
+    (tail,) = [use for use in runner.estimator.imu_uses if use.segment == "tail"]
     assert tail.used == 0
     assert "no link for this segment: wear it on, or name, another one" in str(tail)

@@ -84,7 +84,7 @@ class Preprocessor:
         self.imus = ImuSet()
         self._sensors = SensorsInMap(parameters.sensors, None)
         self._measurement = BodyMeasurement(model, parameters.shape_duration)
-        self._frames = FrameQueue(
+        self.frames = FrameQueue(
             self.aligner if self._needs_aligned_frames else None, is_live=is_live
         )
         self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(counters)
@@ -122,21 +122,6 @@ class Preprocessor:
         if self.extrinsics is None:
             return "waiting for extrinsics"
         return self._measurement.status if self.shape is None else "tracking"
-
-    @property
-    def newest_ns(self) -> int:
-        """Stamp of the newest sample of any source [ns]."""
-        return self._frames.newest_ns
-
-    @property
-    def first_ns(self) -> int:
-        """Stamp of the first sample of any source [ns]."""
-        return self._frames.first_ns
-
-    @property
-    def holds_frames(self) -> bool:
-        """Whether a frame waits for an earlier frame of another sensor."""
-        return self._frames.holds_frames
 
     def add(self, samples: SkeletonSample | ImuSample | ImuBlock) -> Iterator[Observation]:
         """Add one person's joints from one sensor, or IMU samples.
@@ -176,12 +161,12 @@ class Preprocessor:
 
     def release_held(self) -> Iterator[Observation]:
         """Process frames that wait for earlier ones: a live caller waits no longer."""
-        self._frames.release_all()
+        self.frames.release_all()
         yield from self._release()
 
     def flush(self) -> Iterator[Observation]:
         """Process everything that is left, after the end of the streams."""
-        self._frames.flush()
+        self.frames.flush()
         yield from self._release(everything=True)
 
     def imus_at(self, stamp_ns: int) -> ImuMeasurements:
@@ -194,7 +179,7 @@ class Preprocessor:
             self.counters.add("skeletons_of_unknown_sensors")
             return
         delay_ns = self.tracker_delays_ns.get(sample.sensor, 0)
-        self._frames.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns - delay_ns))
+        self.frames.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns - delay_ns))
 
     def _is_placed(self, sensor: str) -> bool:
         return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
@@ -208,13 +193,13 @@ class Preprocessor:
         block = block_on_reference_clock(block, self.clocks)
         start = 0
         while start < len(block):
-            stop = start + self._frames.count_until_alone(block.stamps_ns[start:])
+            stop = start + self.frames.count_until_alone(block.stamps_ns[start:])
             yield block.rows(slice(start, stop)) if stop - start < len(block) else block
             start = stop
 
     def _take_imus(self, block: ImuBlock) -> None:
         self.counters.add("imu_samples_out_of_order", self.imus.add(block))
-        self.counters.add("frames_of_imus_alone", self._frames.add_imus(block.stamps_ns))
+        self.counters.add("frames_of_imus_alone", self.frames.add_imus(block.stamps_ns))
 
     def _release(self, everything: bool = False) -> Iterator[Observation]:
         """Observations of the ready frames; none of those that measure the body."""
@@ -226,7 +211,7 @@ class Preprocessor:
 
     def _ready_frames(self, everything: bool = False) -> Iterator[SensorFrame]:
         """Frames whose IMU samples have arrived or are not waited for."""
-        ready = self._frames.ready
+        ready = self.frames.ready
         while ready and (everything or self._is_ready(ready[0].stamp_ns)):
             self.counters.add("frames")
             yield self._sensors.transform(ready.popleft())
@@ -234,7 +219,7 @@ class Preprocessor:
     def _is_ready(self, stamp_ns: int) -> bool:
         if not (self._needs_aligned_frames and self._uses_imus):
             return True
-        waited_ns = self._frames.newest_ns - stamp_ns
+        waited_ns = self.frames.newest_ns - stamp_ns
         return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
 
     def _measure(self, frame: SensorFrame) -> None:
@@ -244,7 +229,7 @@ class Preprocessor:
     def _observation(self, frame: SensorFrame, shape: BodyShape) -> Observation:
         return Observation(
             stamp_ns=frame.stamp_ns,
-            newest_ns=self._frames.newest_ns,
+            newest_ns=self.frames.newest_ns,
             shape=shape,
             positions=frame.positions,
             tracking_state=frame.tracking_state,
