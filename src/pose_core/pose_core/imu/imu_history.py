@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.imu.imu_rows import rows_of_block
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.imu_rings import (
     MAX_GAP_NS,
@@ -81,22 +82,20 @@ class ImuHistory:
 
     def __init__(self) -> None:
         self.segments: list[str] = []
-        self._append_samples, self._read = (
-            type_specialised(append_samples),
-            type_specialised(read_states),
-        )
+        self._append_samples = type_specialised(append_samples)
+        self._read = type_specialised(read_states)
         self._have_reached = type_specialised(have_reached)
         self._rings = _make_rings(0)
-        self.gaps_ns: dict[
-            str, int
-        ] = {}  # [ns] gaps of the last block that are too long to interpolate
-        self._ring_rows: dict[tuple[str, ...], NDArray[np.int64]] = {}
+        self.gaps_ns: dict[str, int] = {}
+        """Gaps of the last block that are too long to interpolate [ns]."""
         self._order = np.zeros(0, np.int64)  # of the rings, by their segments' names
         self._ordered: tuple[str, ...] = ()
 
     def add(self, block: ImuBlock) -> int:
         """Store samples; return how many were rejected because their IMU has newer ones."""
-        imus = self._rings_of(block.segments)[block.imu]
+        self._rings, imus = rows_of_block(block, self.segments, self._rings, _make_rings)
+        if len(self._ordered) < len(self.segments):
+            self._order, self._ordered = np.argsort(self.segments), tuple(sorted(self.segments))
         gap_ns = np.zeros(len(self.segments), np.int64)
         rejected = self._append_samples(
             self._rings,
@@ -144,22 +143,6 @@ class ImuHistory:
             age_s=age_s,
         )
         return imus if known_count == count else _rows(imus, np.flatnonzero(known))
-
-    def _rings_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
-        """Index of each IMU's ring buffer."""
-        known = self._ring_rows.get(segments)
-        if known is None:
-            new = [name for name in segments if name not in self.segments]
-            if new:
-                self.segments += new
-                added = _make_rings(len(new))
-                pairs = zip(self._rings, added, strict=True)
-                self._rings = ImuRings(*(np.concatenate(pair) for pair in pairs))
-                self._order = np.argsort(self.segments)
-                self._ordered = tuple(sorted(self.segments))
-            known = np.array([self.segments.index(name) for name in segments], np.int64)
-            self._ring_rows[segments] = known
-        return known
 
 
 def _rows(imus: ImuMeasurements, chosen: NDArray[np.intp]) -> ImuMeasurements:
