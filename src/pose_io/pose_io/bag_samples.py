@@ -19,6 +19,7 @@ from pose_core.api import (
     SkeletonSample,
     SkeletonSeries,
     estimate_series,
+    interleaved,
     series_from_samples,
 )
 from pose_core.arrays import FloatArray
@@ -82,7 +83,8 @@ class BagFrames:
             self._progress(self._bag.share_before(batch[0][1]))
             frames, block, places = self._sorted(batch)
             if order is None:
-                yield from _in_turns(frames, block, places)
+                stops = np.searchsorted(places, [place for place, _ in frames])
+                yield from interleaved((persons for _, persons in frames), block, stops)
             else:
                 yield from order.add(frames, block, places)
         if order is not None:
@@ -141,21 +143,6 @@ class BagFrames:
             for each, stamp_ns, data in (batch[place] for place in places)
         )
         return [self._bag.in_our_bytes(message) for message in messages]
-
-
-def _in_turns(
-    frames: list[tuple[int, Persons]], block: ImuBlock, places: NDArray[np.intp]
-) -> Iterator[Persons | ImuBlock]:
-    """Samples by their places in a batch; those of IMUs between two frames form one block."""
-    stops = np.searchsorted(places, [place for place, _ in frames]).tolist()
-    start = 0
-    for stop, (_, persons) in zip(stops, frames, strict=True):
-        if start < stop:
-            yield block.rows(slice(start, stop))
-            start = stop
-        yield persons
-    if start < len(block):
-        yield block.rows(slice(start, None))
 
 
 class BagSamples:

@@ -12,7 +12,7 @@ import numpy as np
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import SkeletonSample
 from pose_core.body.trunk import trunk_axes
-from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_core.joints import JOINT_INDEX, SIDES
 
 LEAST_BEND = 0.12  # [m] of the knee from the line between hip and foot: bent by about 30°
 LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis
@@ -37,9 +37,7 @@ def refuse_mirrored(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> None:
 def _backwards_share(samples: Sequence[SkeletonSample]) -> float:
     """Share of bent knees that bend backwards; 0 if there are few."""
     some = samples[:: max(1, len(samples) // MOST_SAMPLES)]
-    joints = np.stack([each.positions for each in some])
-    tracked = np.stack([each.tracking_state for each in some]) == TrackingState.TRACKED
-    joints = np.where(tracked[..., None], joints, np.nan)
+    joints = np.stack([each.tracked for each in some])
     forward = trunk_axes(joints)[..., 0]
     backwards = bent = 0
     for side in SIDES:
