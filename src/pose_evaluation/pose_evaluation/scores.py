@@ -31,7 +31,7 @@ from pose_evaluation.stability import Stability, bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
 from pose_io.references.reference import Reference
 
-ReferenceSeries = SkeletonSeries | AngleSeries | Reference
+ReferenceSeries = SkeletonSeries | Reference
 HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
 """The six angles of li2020's tables."""
 MIN_OVERLAP_S = 1.0  # [s] smallest common time for an evaluation
@@ -186,8 +186,6 @@ def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) 
 def _angles_and_joints(reference: ReferenceSeries) -> tuple[AngleSeries, SkeletonSeries | None]:
     if isinstance(reference, SkeletonSeries):
         return angle_series(reference), reference
-    if isinstance(reference, AngleSeries):
-        return reference, None
     return reference.angles, reference.skeleton
 
 
