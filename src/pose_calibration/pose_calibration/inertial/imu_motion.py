@@ -30,9 +30,7 @@ MOST_POINTING = 0.7  # [-] largest cosine between a limb and the line of sight
 LEAST_EXPLAINED = 0.5  # [-] share of the inclination's variance that the IMU must explain
 OWN_REACH_S = 0.2  # [s] half width of the search for each limb's shift about the common one
 LAG_FLOOR_S = 0.012  # [s] scatter of the lags of limbs that are measured well
-UNEXPLAINED_LAG_S = (
-    0.1  # [s] times what the IMU does not explain: a limb measured badly is measured late
-)
+UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: such limbs are measured late
 LEAST_LIMBS = 3  # [-] in all views together, since one may be measured badly
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag between motions
 FINE = 3  # [-] half width of the parabola's fit, in steps of the grid
