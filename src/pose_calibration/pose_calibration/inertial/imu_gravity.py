@@ -38,7 +38,7 @@ IMUS_COUNT_BELOW = 0.85  # [-] of the deviation without IMUs, below which they a
 
 
 @dataclass(frozen=True)
-class _Limb:
+class _LimbDirections:
     """One limb's direction in a camera and the vertical in the IMU on it, at n instants."""
 
     segment: str
@@ -115,7 +115,7 @@ def gravity_from_imus(
 
 def _matched(
     view: View, R: FloatArray, segment: str, vertical: ImuVertical, delay_s: float
-) -> _Limb | None:
+) -> _LimbDirections | None:
     start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
     if len(track.stamps) < 2:
@@ -128,17 +128,17 @@ def _matched(
     if known.sum() < LEAST_SAMPLES:
         return None
     bone = bone[known] @ R.T
-    return _Limb(segment, bone / np.linalg.norm(bone, axis=1, keepdims=True), up[known])
+    return _LimbDirections(segment, bone / np.linalg.norm(bone, axis=1, keepdims=True), up[known])
 
 
-def _axis(limb: _Limb, up: FloatArray) -> FloatArray:
+def _axis(limb: _LimbDirections, up: FloatArray) -> FloatArray:
     """Direction of the limb in its IMU, shape (3,), for unbiased measurements and this vertical."""
     axis, *_ = np.linalg.lstsq(limb.vertical, limb.bone @ up, rcond=None)
     return _unit(axis.astype(float))
 
 
 def _normal_equations(
-    limbs: Sequence[_Limb],
+    limbs: Sequence[_LimbDirections],
     of_segment: Sequence[int],
     state: _State,
     prior: tuple[FloatArray, float],

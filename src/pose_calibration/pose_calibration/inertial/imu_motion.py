@@ -117,7 +117,7 @@ class View:
 
 
 @dataclass(frozen=True)
-class _Limb:
+class _LimbMisfit:
     """One limb in one view, and the IMU on it, on a grid."""
 
     misfit: FloatArray  # (shifts,) mean squared residual of the best direction
@@ -181,7 +181,7 @@ def measure_each_delay(
 
 def _limbs(
     views: Sequence[View], verticals: Mapping[str, ImuVertical], reach_s: float, centre_s: float
-) -> tuple[list[_Limb], FloatArray]:
+) -> tuple[list[_LimbMisfit], FloatArray]:
     """The limbs whose motion suffices, in all views; and the shifts of their misfits [s]."""
     reach = round(reach_s * GRID_RATE) + FINE
     limbs = [
@@ -193,7 +193,7 @@ def _limbs(
     return limbs, np.arange(-reach, reach + 1) / GRID_RATE + centre_s
 
 
-def _cost(limbs: Sequence[_Limb]) -> FloatArray:
+def _cost(limbs: Sequence[_LimbMisfit]) -> FloatArray:
     """Twice the negative log-likelihood of each shift, (shifts,)."""
     return np.asarray(sum(limb.count * np.log(limb.misfit) for limb in limbs))
 
@@ -222,7 +222,7 @@ def _parabola(shifts: FloatArray, values: FloatArray, best: int) -> tuple[FloatA
 
 def _limb(
     view: View, segment: str, vertical: ImuVertical, reach: int, centre_s: float
-) -> _Limb | None:
+) -> _LimbMisfit | None:
     start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
     if len(track.stamps) < 2 or len(vertical.stamps) < 2:
@@ -252,7 +252,7 @@ def _misfits(
     up: FloatArray,
     is_up_known: NDArray[np.bool_],
     reach: int,
-) -> _Limb | None:
+) -> _LimbMisfit | None:
     count = len(inclination)
     misfit = np.empty(2 * reach + 1)
     energy = 0.0
@@ -268,7 +268,7 @@ def _misfits(
             rate = np.gradient(up[shift : shift + count] @ direction) * GRID_RATE
             energy = float(np.mean(rate[both] ** 2))
     independent = float(is_seen.sum()) / (CORRELATION_S * GRID_RATE)
-    return _Limb(misfit=misfit, count=independent, energy=energy)
+    return _LimbMisfit(misfit=misfit, count=independent, energy=energy)
 
 
 def _without_slow(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
@@ -277,7 +277,7 @@ def _without_slow(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
     return without_slow(filled, known[:, None], round(SLOW_S * GRID_RATE))[:, 0]
 
 
-def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float] | None:
+def _own_shift(limb: _LimbMisfit, shifts: FloatArray, best: int) -> tuple[float, float] | None:
     """A limb's own shift near the common one and its variance [s, s²]; None if undetermined."""
     reach = round(OWN_REACH_S * GRID_RATE)
     first, last = max(best - reach, FINE), min(best + reach + 1, len(shifts) - FINE)
