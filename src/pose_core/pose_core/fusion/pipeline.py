@@ -100,7 +100,7 @@ class Pipeline:
             if name in self.imus.inverse:
                 use = uses[name] = ImuUse(segment=name, refused=INVERSE_ORIENTATION)
                 continue
-            fault = self.imus.rate_faults.get(name)
+            fault = self.imus.rates.faults.get(name)
             instead = "the orientation's change is used"
             rate = f"its angular velocity {fault}; {instead}" if fault else ""
             clock = self.clocks.get(ONE_IMU + name, Clock())
@@ -157,7 +157,7 @@ class Pipeline:
     @property
     def holds_frames(self) -> bool:
         """Whether a frame waits for an earlier frame of another sensor."""
-        return self._preprocessor.frames.holds_frames
+        return self._preprocessor.frames.order.holds
 
     def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on.

@@ -175,14 +175,12 @@ class Preprocessor:
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
         sample = on_reference_clock(sample, self.clocks)
-        if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
+        placed = () if self.extrinsics is None else self.extrinsics.sensors
+        if sample.sensor not in self.parameters.sensors or sample.sensor not in placed:
             self.counters.add("skeletons_of_unknown_sensors")
             return
         delay_ns = self.tracker_delays_ns.get(sample.sensor, 0)
         self.frames.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns - delay_ns))
-
-    def _is_placed(self, sensor: str) -> bool:
-        return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
 
     def _imu_parts(self, block: ImuBlock) -> Iterator[ImuBlock]:
         """Samples on the reference clock, divided where they give a frame by themselves.
@@ -220,7 +218,9 @@ class Preprocessor:
         if not (self._needs_aligned_frames and self._uses_imus):
             return True
         waited_ns = self.frames.newest_ns - stamp_ns
-        return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
+        return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.history.have_reached(
+            stamp_ns
+        )
 
     def _measure(self, frame: SensorFrame) -> None:
         self.counters.add("frames_measuring_the_body")
