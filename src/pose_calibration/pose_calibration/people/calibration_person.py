@@ -1,6 +1,6 @@
 """Choice of the person used for calibration: the one whose views in the sensors agree."""
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
@@ -168,8 +168,5 @@ class CalibrationPerson:
 
 def _in_common(samples: Sequence[SkeletonSample]) -> int:
     """Number of a sensor's frames with the person that another sensor has in common."""
-    counts: Mapping[str, int] = {
-        name: sum(sample.sensor == name for sample in samples)
-        for name in {sample.sensor for sample in samples}
-    }
-    return sum(counts.values()) - max(counts.values(), default=0)
+    counts = Counter(sample.sensor for sample in samples)
+    return len(samples) - max(counts.values(), default=0)

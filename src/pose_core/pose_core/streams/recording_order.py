@@ -72,7 +72,9 @@ class RecordingOrder:
         for place, frame in frames:
             stamp_ns = self._newest_ns
             if frame:
-                stamp_ns = self._clock(frame[0].sensor).to_reference(frame[0].stamp_ns)
+                stamp_ns = self._clocks.get(frame[0].sensor, Clock()).to_reference(
+                    frame[0].stamp_ns
+                )
             if stamp_ns < self._newest_ns - WAIT_NS:  # the recording begins anew
                 stop = int(np.searchsorted(places, place))
                 self._imus.append(block.rows(slice(start, stop)))
@@ -108,9 +110,6 @@ class RecordingOrder:
         self._imus = [block.rows(slice(count, None))]
         frames = (frame for _, _, frame in ready)
         return interleaved(frames, block.rows(slice(count)), np.array(stops, np.intp))
-
-    def _clock(self, source: str) -> Clock:
-        return self._clocks.get(source, Clock())
 
     def _all_imus_passed_ns(self) -> int:
         """The instant that every IMU of the last block has passed [ns]."""
