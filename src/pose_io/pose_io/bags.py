@@ -28,7 +28,7 @@ BATCH = 2000  # [messages] read at a time from files without chunks
 
 
 @dataclass(frozen=True, kw_only=True)
-class Topic:
+class BagTopic:
     """A topic of a bag."""
 
     name: str
@@ -64,10 +64,10 @@ class BagReader:
         self._reader = reader
         self._temporary = temporary  # a folder that is removed when the bag is closed
         self._ours = reader.default_typestore or make_typestore()
-        self.topics: dict[str, Topic] = {}
+        self.topics: dict[str, BagTopic] = {}
         for connection in reader.connections:
             known = self.topics.get(connection.topic)
-            self.topics[connection.topic] = Topic(
+            self.topics[connection.topic] = BagTopic(
                 name=connection.topic,
                 msgtype=connection.msgtype,
                 count=connection.msgcount + (known.count if known else 0),

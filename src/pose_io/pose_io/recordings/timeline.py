@@ -21,7 +21,7 @@ IndexArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Timeline:
+class StreamTimeline:
     """The usable frames of a stream and their capture stamps."""
 
     frame: IndexArray  # (k,) indices into the stream, in order of time
@@ -42,7 +42,7 @@ class Timeline:
         ]
 
 
-def make_timeline(stream: SensorStream, clock: str = SENSOR) -> Timeline:
+def make_timeline(stream: SensorStream, clock: str = SENSOR) -> StreamTimeline:
     """Compute the capture stamps of a stream's frames.
 
     Args:
@@ -70,7 +70,7 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> Timeline:
     repeated = int(np.isin(time_ns[dropped], time_ns[kept]).sum())
     counts.add("frames_repeated", repeated)
     counts.add("frames_out_of_order", len(dropped) - repeated)
-    return Timeline(frame=kept, time_ns=time_ns[kept], counts=counts.as_dict(), fit=fit)
+    return StreamTimeline(frame=kept, time_ns=time_ns[kept], counts=counts.as_dict(), fit=fit)
 
 
 def _without_repeated(epoch: IndexArray, sensor_ns: StampArray) -> IndexArray:
