@@ -277,7 +277,7 @@ def _candidates(
         return [[one for frame in frames for one in with_id(frame, person)]]
     if all(len(frame) <= 1 for frame in frames):
         return [[frame[0] for frame in frames]]
-    candidates = list(match_people(frames, sensors).samples.values())
+    candidates = list(match_people(frames, sensors)[1].values())
     if not candidates:
         raise CalibrationError(
             f"several people are detected, and views in {', '.join(sensors)} agree on none: "
