@@ -1,6 +1,6 @@
 """Recent samples of all IMUs, and interpolation of their orientations."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,56 +22,20 @@ ALIVE_NS = 200_000_000  # an IMU that is silent for longer is not waited for
 SAMPLES = 512  # stored for each IMU: half a second of the fastest
 
 
-@dataclass(frozen=True, kw_only=True)
-class ImuMeasurement:
-    """An IMU's orientation and angular velocity at an instant, interpolated."""
-
-    R_world_sensor: FloatArray  # (3, 3)
-    angular_velocity: FloatArray  # (3,) [rad/s] in the sensor's frame
-    stddev: FloatArray  # (3,) [rad] about the axes of its reference frame
-    age_s: float = 0.0  # [s] for which it is extrapolated by the gyroscope
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ImuMeasurements(Mapping[str, ImuMeasurement]):
-    """Measurements of several IMUs at one instant, one for each row; also by segment."""
+class ImuMeasurements:
+    """Measurements of several IMUs at one instant, interpolated, one for each row."""
 
     segments: tuple[str, ...]
     R_world_sensor: FloatArray  # (n, 3, 3)
     angular_velocity: FloatArray  # (n, 3) [rad/s] in the sensors' frames
     stddev: FloatArray  # (n, 3) [rad] about the axes of their reference frames
-    age_s: FloatArray  # (n,) [s]
+    age_s: FloatArray  # (n,) [s] for which each is extrapolated by the gyroscope
     slips: Mapping[str, int] = field(default_factory=dict)  # so far, of those that have slipped
     replaced_rates: frozenset[str] = frozenset()  # whose rates are the orientation's change
 
-    def __getitem__(self, segment: str) -> ImuMeasurement:
-        if segment not in self.segments:
-            raise KeyError(segment)
-        row = self.segments.index(segment)
-        return ImuMeasurement(
-            R_world_sensor=self.R_world_sensor[row],
-            angular_velocity=self.angular_velocity[row],
-            stddev=self.stddev[row],
-            age_s=float(self.age_s[row]),
-        )
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.segments)
-
     def __len__(self) -> int:
         return len(self.segments)
-
-
-def measurements_of(imus: Mapping[str, ImuMeasurement]) -> ImuMeasurements:
-    """Stack measurements of single IMUs, by segment."""
-    each = list(imus.values())
-    return ImuMeasurements(
-        segments=tuple(imus),
-        R_world_sensor=np.array([one.R_world_sensor for one in each]).reshape(-1, 3, 3),
-        angular_velocity=np.array([one.angular_velocity for one in each]).reshape(-1, 3),
-        stddev=np.array([one.stddev for one in each]).reshape(-1, 3),
-        age_s=np.array([one.age_s for one in each], float),
-    )
 
 
 class ImuHistory:
@@ -166,5 +130,11 @@ def _make_rings(imus: int) -> ImuRings:
     )
 
 
-NO_MEASUREMENTS = measurements_of({})
+NO_MEASUREMENTS = ImuMeasurements(
+    segments=(),
+    R_world_sensor=np.zeros((0, 3, 3)),
+    angular_velocity=np.zeros((0, 3)),
+    stddev=np.zeros((0, 3)),
+    age_s=np.zeros(0),
+)
 """States of no IMUs."""
