@@ -18,7 +18,7 @@ from pose_core.estimators.registry import estimator_class
 from pose_core.fusion import sample_buffer
 from pose_core.fusion.frame_queue import FrameQueue
 from pose_core.fusion.sample_buffer import SampleBuffer
-from pose_core.fusion.sensor_frames import SensorFrame, SensorsInMap
+from pose_core.fusion.sensor_frames import SensorsInMap
 from pose_core.imu.imu_history import NO_MEASUREMENTS, ImuMeasurements
 from pose_core.imu.imu_set import ImuSet
 from pose_core.session.extrinsics import Extrinsics
@@ -29,7 +29,7 @@ from pose_core.streams.clocks import (
     on_reference_clock,
 )
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
-from pose_core.streams.time_alignment import TimeAligner
+from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 
 COUNTERS = (
     "skeletons",
@@ -207,32 +207,32 @@ class Preprocessor:
             else:
                 yield self._observation(frame, self.shape)
 
-    def _ready_frames(self, everything: bool = False) -> Iterator[SensorFrame]:
+    def _ready_frames(self, everything: bool = False) -> Iterator[AlignedFrame]:
         """Frames whose IMU samples have arrived or are not waited for."""
         ready = self.frames.ready
         while ready and (everything or self._is_ready(ready[0].stamp_ns)):
             self.counters.add("frames")
-            yield self._sensors.transform(ready.popleft())
+            yield ready.popleft()
 
     def _is_ready(self, stamp_ns: int) -> bool:
         if not (self._needs_aligned_frames and self._uses_imus):
             return True
         waited_ns = self.frames.newest_ns - stamp_ns
-        return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.history.have_reached(
-            stamp_ns
-        )
+        is_over = waited_ns > self.parameters.imu_wait * NS_PER_S
+        return is_over or self.imus.history.have_reached(stamp_ns)
 
-    def _measure(self, frame: SensorFrame) -> None:
+    def _measure(self, frame: AlignedFrame) -> None:
         self.counters.add("frames_measuring_the_body")
-        self.shape = self._measurement.add(frame.stamp_ns, frame.positions, frame.tracking_state)
+        self.shape = self._measurement.add(frame.stamp_ns, *self._sensors.transform(frame))
 
-    def _observation(self, frame: SensorFrame, shape: BodyShape) -> Observation:
+    def _observation(self, frame: AlignedFrame, shape: BodyShape) -> Observation:
+        positions, tracking_state = self._sensors.transform(frame)
         return Observation(
             stamp_ns=frame.stamp_ns,
             newest_ns=self.frames.newest_ns,
             shape=shape,
-            positions=frame.positions,
-            tracking_state=frame.tracking_state,
+            positions=positions,
+            tracking_state=tracking_state,
             cameras=self._sensors.places,
             imus=self.imus_at(frame.stamp_ns),
         )
