@@ -255,14 +255,9 @@ def _frames_and_blocks(
     frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
 ) -> tuple[list[Sequence[SkeletonSample]], list[ImuBlock]]:
     """The frames with somebody in them, and the IMUs' samples."""
-    frames_kept: list[Sequence[SkeletonSample]] = []
-    blocks: list[ImuBlock] = []
-    for each in frames:
-        if isinstance(each, ImuBlock):
-            blocks.append(each)
-        elif each:
-            frames_kept.append(each)
-    return frames_kept, blocks
+    every = list(frames)
+    frames_kept = [each for each in every if not isinstance(each, ImuBlock) and each]
+    return frames_kept, [each for each in every if isinstance(each, ImuBlock)]
 
 
 def _candidates(

@@ -70,7 +70,8 @@ class ImuSet:
                 self._first_ns.setdefault(checked.segments[imu], first_ns)
         for segment, gap_ns in self.history.gaps_ns.items():
             if gap_ns > SILENCE_NS:
-                silences = _silences(_stamps_of(segment, checked), gap_ns)
+                is_own = checked.imu == checked.segments.index(segment)
+                silences = _silences(np.sort(checked.stamps_ns[is_own]), gap_ns)
                 self._silences.setdefault(segment, []).extend(silences)
         return rejected
 
@@ -115,11 +116,6 @@ class ImuSet:
         missing = len(self.history.segments) - len(self._known)
         self.counters.add("imu_readings_missing", missing)
         return self._known
-
-
-def _stamps_of(segment: str, block: ImuBlock) -> NDArray[np.int64]:
-    """Stamps of one IMU's samples in a block, sorted [ns]."""
-    return np.sort(block.stamps_ns[block.imu == block.segments.index(segment)])
 
 
 def _silences(stamps_ns: NDArray[np.int64], longest_ns: int) -> Iterator[tuple[int, int]]:
