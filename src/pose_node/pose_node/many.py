@@ -42,7 +42,7 @@ class Job:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class JobResult:
     """Result of a job."""
 
     job: Job
@@ -140,7 +140,7 @@ def run_many(
     return int(any(outcome.state == "failed" for outcome in outcomes))
 
 
-def run_jobs(jobs: Sequence[Job], workers: int, dask: str | None = None) -> Iterator[Outcome]:
+def run_jobs(jobs: Sequence[Job], workers: int, dask: str | None = None) -> Iterator[JobResult]:
     """Run jobs in parallel; yield the outcomes as they end.
 
     Raises:
@@ -160,14 +160,16 @@ def run_jobs(jobs: Sequence[Job], workers: int, dask: str | None = None) -> Iter
                 yield future.result()
             else:
                 message = one_line(future.exception())
-                yield Outcome(job=futures[future], state="failed", message=message, duration_s=0.0)
+                yield JobResult(
+                    job=futures[future], state="failed", message=message, duration_s=0.0
+                )
 
 
-def run_job(job: Job) -> Outcome:
+def run_job(job: Job) -> JobResult:
     """Run one job in a separate process."""
     output, begin = Path(job.output), time.monotonic()
     if output.exists():
-        return Outcome(job=job, state="there already", message="", duration_s=0.0)
+        return JobResult(job=job, state="there already", message="", duration_s=0.0)
     folder = output.parent / f".part-{job.run}-{uuid.uuid4().hex[:8]}"
     folder.mkdir(parents=True)
     part = folder / output.name
@@ -181,7 +183,7 @@ def run_job(job: Job) -> Outcome:
         part.rename(output)
     shutil.rmtree(folder, ignore_errors=True)
     duration_s = time.monotonic() - begin
-    return Outcome(job=job, state=state, message=message, duration_s=duration_s)
+    return JobResult(job=job, state=state, message=message, duration_s=duration_s)
 
 
 def remove_leftovers(jobs: Sequence[Job]) -> None:
@@ -191,7 +193,7 @@ def remove_leftovers(jobs: Sequence[Job]) -> None:
             shutil.rmtree(part, ignore_errors=True)
 
 
-def summary(outcomes: Sequence[Outcome]) -> Table:
+def summary(outcomes: Sequence[JobResult]) -> Table:
     """Summary of all recordings; of many, only the failures and the totals."""
     counts = {
         state: sum(each.state == state for each in outcomes)

@@ -70,7 +70,7 @@ CONTACT_SOFTNESS = 0.008  # [m] over which the load moves from one point of a fo
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pose:
+class BodyTrajectory:
     """Poses of a body at n instants, in ``map``."""
 
     joints: FloatArray  # (n, 15, 3) [m]
@@ -93,7 +93,7 @@ class Body:
     def __post_init__(self) -> None:
         object.__setattr__(self, "offsets", _offsets(self.height))
 
-    def pose(self, angles: Mapping[str, FloatArray]) -> Pose:
+    def pose(self, angles: Mapping[str, FloatArray]) -> BodyTrajectory:
         """Forward kinematics, midway between the hips at the origin.
 
         Args:
@@ -232,7 +232,7 @@ class _Builder:
         turned: FloatArray = self.rotations[segment] @ offset
         return self.origins[segment] + turned
 
-    def pose(self) -> Pose:
+    def pose(self) -> BodyTrajectory:
         joints = {
             "head": self.point("head", self.offsets["joint_head"]),
             "neck": self.origins["head"],
@@ -249,7 +249,7 @@ class _Builder:
             contacts += [
                 self.point(f"{side}_foot", self.offsets[point]) for point in ("heel", "ball")
             ]
-        return Pose(
+        return BodyTrajectory(
             joints=np.stack([joints[name] for name in JOINTS], axis=1),
             rotations={segment: self.rotations[segment] for segment in SEGMENTS},
             origins={segment: self.origins[segment] for segment in SEGMENTS},

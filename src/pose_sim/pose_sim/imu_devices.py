@@ -38,7 +38,7 @@ class PortStream:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Device:
+class SimulatedDevice:
     """A kind of device, with the encoding of a session's frames.
 
     Attributes:
@@ -93,10 +93,10 @@ def _samples(frames: ImuFrames, rows: NDArray[np.intp]) -> Iterator[tuple]:
     )
 
 
-DEVICES: dict[str, Device] = {
-    "star": Device(baudrate=None, streams=_star),
-    "witmotion": Device(baudrate=115200, streams=_witmotion),
-    "text": Device(baudrate=115200, streams=_text),
+DEVICES: dict[str, SimulatedDevice] = {
+    "star": SimulatedDevice(baudrate=None, streams=_star),
+    "witmotion": SimulatedDevice(baudrate=115200, streams=_witmotion),
+    "text": SimulatedDevice(baudrate=115200, streams=_text),
 }
 """Devices by the name of their protocol in a nodes file."""
 

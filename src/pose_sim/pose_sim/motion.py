@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
-from pose_sim.body import BODY_ANGLES, Pose
+from pose_sim.body import BODY_ANGLES, BodyTrajectory
 from pose_sim.rotations import continuous_quaternions, rotate
 from pose_sim.timeline import Timeline, minimum_jerk
 
@@ -33,7 +33,7 @@ class Motion:
 
     times: FloatArray
     angles: Mapping[str, FloatArray]
-    pose: Pose
+    pose: BodyTrajectory
 
     @cached_property
     def _joints(self) -> CubicSpline:
@@ -124,8 +124,8 @@ def perform(
     return Motion(times=times, angles=angles, pose=_moved(pose, root))
 
 
-def _moved(pose: Pose, root: FloatArray) -> Pose:
-    return Pose(
+def _moved(pose: BodyTrajectory, root: FloatArray) -> BodyTrajectory:
+    return BodyTrajectory(
         joints=pose.joints + root[:, None, :],
         rotations=pose.rotations,
         origins={segment: origin + root for segment, origin in pose.origins.items()},

@@ -9,11 +9,16 @@ from pose_core.joints import SIDES
 from pose_core.stamps import NS_PER_S
 from pose_teleop.arm_mapping import ArmMapping, JointMapping, WristMapping
 from pose_teleop.input_monitor import InputMonitor, Now
-from pose_teleop.motion_limiter import JERK_OF_ACCELERATION, Motion, MotionLimiter, MotionLimits
+from pose_teleop.motion_limiter import (
+    JERK_OF_ACCELERATION,
+    JointKinematics,
+    MotionLimiter,
+    MotionLimits,
+)
 from pose_teleop.parameters import ArmParameters
 from pose_teleop.robot_arm import RobotArm
 from pose_teleop.robot_files import load_robot
-from pose_teleop.supervisor import Fault, Situation, State, Supervisor
+from pose_teleop.supervisor import Situation, State, StopReason, Supervisor
 
 STOP_STEP_S = 0.02  # [s] between the points of the stopping trajectory
 LONGEST_STEP_S = 0.03  # [s] upper bound of the command's time step, after pauses of the process
@@ -25,7 +30,7 @@ class ArmCommand:
 
     stamp_ns: int  # [ns] capture of the person's pose
     times_s: FloatArray  # (k,) [s] from now
-    motions: tuple[Motion, ...]  # (k,) the next one, then the stopping trajectory
+    motions: tuple[JointKinematics, ...]  # (k,) the next one, then the stopping trajectory
 
 
 class ArmController:
@@ -109,16 +114,16 @@ class ArmController:
         )
         return ArmCommand(stamp_ns=self.monitor.stamp_ns, times_s=times_s, motions=tuple(motions))
 
-    def _fault(self, now: Now) -> Fault | None:
+    def _fault(self, now: Now) -> StopReason | None:
         if self._robot_position is None:
-            return Fault.NO_ROBOT
+            return StopReason.NO_ROBOT
         heard_ns, position = self._robot_position
         if now.steady_ns - heard_ns > self._parameters.max_age * NS_PER_S:
-            return Fault.NO_ROBOT
+            return StopReason.NO_ROBOT
         if self.supervisor.state is not State.WAITING:
             lag = np.abs(position - self.limiter.motion.position).max()
             if lag > self._parameters.max_lag:
-                return Fault.LAGS
+                return StopReason.LAGS
         return self.monitor.fault(now)
 
     def _begin_at_robot(self) -> None:

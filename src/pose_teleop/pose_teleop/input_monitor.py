@@ -10,7 +10,7 @@ from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
 from pose_teleop.parameters import ArmParameters
 from pose_teleop.person_arm import PersonArm, angle_names, bone_lengths
-from pose_teleop.supervisor import Fault
+from pose_teleop.supervisor import StopReason
 
 AHEAD_NS = 20_000_000  # [ns] by which a stamp may be ahead of the clock
 SAME_PERSON = 0.02  # [m] largest difference of one person's bone lengths between measurements
@@ -61,7 +61,7 @@ class InputMonitor:
         self._parameters = parameters
         self._names = angle_names(parameters.side)
         self._max_age_ns = round(parameters.max_age * NS_PER_S)
-        self.counters = Counters("joint_states", "estimates", *(f.name.lower() for f in Fault))
+        self.counters = Counters("joint_states", "estimates", *(f.name.lower() for f in StopReason))
         self.arm: PersonArm | None = None
         self.angles: FloatArray = np.zeros(4)
         self.rates: FloatArray = np.zeros(4)
@@ -72,8 +72,8 @@ class InputMonitor:
         self._certain_ns = -UNCERTAIN_NS  # monotonic time of the last certain position of the hand
         self._angles_at: Now | None = None
         self._estimate_at: tuple[Now, int] | None = None
-        self._content: dict[str, Fault | None] = {"angles": None, "estimate": None}
-        self._troubles: dict[Fault, int] = {}  # end of each fault, monotonic time
+        self._content: dict[str, StopReason | None] = {"angles": None, "estimate": None}
+        self._troubles: dict[StopReason, int] = {}  # end of each fault, monotonic time
 
     def add_urdf(self, text: str, now: Now) -> None:
         """Set the person's kinematic tree."""
@@ -83,7 +83,7 @@ class InputMonitor:
         if before is not None and (
             before.shape != bones.shape or np.abs(bones - before).max() > SAME_PERSON
         ):
-            self._trouble(Fault.PERSON_CHANGED, now)
+            self._trouble(StopReason.PERSON_CHANGED, now)
 
     def add_joint_states(self, states: JointStates, now: Now) -> None:
         """Add joint states of the person."""
@@ -91,18 +91,18 @@ class InputMonitor:
         before, before_ns, self.stamp_ns = self._angles_at, self.stamp_ns, states.stamp_ns
         self._angles_at = now
         if states.stamp_ns < before_ns:
-            self._trouble(Fault.CLOCK, now)
+            self._trouble(StopReason.CLOCK, now)
         if any(name not in states.position for name in self._names):
-            self._content["angles"] = Fault.INCOMPLETE
+            self._content["angles"] = StopReason.INCOMPLETE
             return
         angles = np.array([states.position[name] for name in self._names], float)
         rates = np.array([states.velocity.get(name, 0.0) for name in self._names], float)
         if not (np.isfinite(angles).all() and np.isfinite(rates).all()):
-            self._content["angles"] = Fault.NOT_FINITE
+            self._content["angles"] = StopReason.NOT_FINITE
             return
         is_fresh = before is not None and not self._is_old(before, now)
         if is_fresh and np.abs(angles - self.angles).max() > self._parameters.max_jump:
-            self._trouble(Fault.JUMPED, now)
+            self._trouble(StopReason.JUMPED, now)
         self._content["angles"] = None
         self.angles, self.rates = angles, rates
 
@@ -111,12 +111,12 @@ class InputMonitor:
         self.counters.add("estimates")
         self._estimate_at = now, estimate.stamp_ns
         if self._person is not None and estimate.person != self._person:
-            self._trouble(Fault.PERSON_CHANGED, now)
+            self._trouble(StopReason.PERSON_CHANGED, now)
         self._person = estimate.person
         known = np.array([estimate.position.get(name, np.nan) for name in self._names], float)
         stddev = np.array([estimate.stddev.get(name, np.nan) for name in self._names], float)
         if not np.isfinite(stddev).all():
-            self._content["estimate"] = Fault.NOT_FINITE
+            self._content["estimate"] = StopReason.NOT_FINITE
             return
         if self.arm is not None:
             # Joint states hold an unknown angle, while its standard deviation grows.
@@ -125,35 +125,35 @@ class InputMonitor:
         if not self.deviation_m > self._parameters.max_deviation:
             self._certain_ns = now.steady_ns
         is_uncertain = now.steady_ns - self._certain_ns > UNCERTAIN_NS
-        self._content["estimate"] = Fault.UNCERTAIN if is_uncertain else None
+        self._content["estimate"] = StopReason.UNCERTAIN if is_uncertain else None
 
-    def fault(self, now: Now) -> Fault | None:
+    def fault(self, now: Now) -> StopReason | None:
         """The current fault, None without one; counts new faults."""
         found = self._find(now)
         if found is not None:
             self.counters.add(found.name.lower())
         return found
 
-    def _find(self, now: Now) -> Fault | None:
+    def _find(self, now: Now) -> StopReason | None:
         if self.arm is None:
-            return Fault.NO_URDF
+            return StopReason.NO_URDF
         if self._angles_at is None or self._estimate_at is None:
-            return Fault.LOST
+            return StopReason.LOST
         estimate_at, estimate_stamp_ns = self._estimate_at
         for fault, until_ns in self._troubles.items():
             if now.steady_ns < until_ns:
                 return fault
         if self._is_old(self._angles_at, now) or self._is_old(estimate_at, now):
-            return Fault.STALE
+            return StopReason.STALE
         stamps = (self.stamp_ns, estimate_stamp_ns)
         if max(stamps) - now.ros_ns > AHEAD_NS:
-            return Fault.CLOCK
+            return StopReason.CLOCK
         if now.ros_ns - min(stamps) > self._max_age_ns:
-            return Fault.STALE
+            return StopReason.STALE
         return self._content["angles"] or self._content["estimate"]
 
     def _is_old(self, heard: Now, now: Now) -> bool:
         return now.steady_ns - heard.steady_ns > self._max_age_ns
 
-    def _trouble(self, fault: Fault, now: Now) -> None:
+    def _trouble(self, fault: StopReason, now: Now) -> None:
         self._troubles[fault] = now.steady_ns + TROUBLE_NS

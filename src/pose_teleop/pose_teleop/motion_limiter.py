@@ -33,7 +33,7 @@ class MotionLimits:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Motion:
+class JointKinematics:
     """Position, velocity and acceleration of n joints."""
 
     position: FloatArray  # [rad] (n,)
@@ -61,7 +61,7 @@ class MotionLimiter:
         self._to_stop = self._input(ruckig, count)
         self._to_stop.control_interface = ruckig.ControlInterface.Velocity
         self._to_stop.target_velocity = [0.0] * count
-        self.motion = Motion(
+        self.motion = JointKinematics(
             position=np.zeros(count), velocity=np.zeros(count), acceleration=np.zeros(count)
         )
 
@@ -69,11 +69,11 @@ class MotionLimiter:
         """Start at rest at a position [rad], (n,), clipped to the limits."""
         inside = np.clip(position, self.limits.lower, self.limits.upper)
         zero = np.zeros(len(inside))
-        self.motion = Motion(position=inside, velocity=zero, acceleration=zero)
+        self.motion = JointKinematics(position=inside, velocity=zero, acceleration=zero)
 
     def follow(
         self, target: FloatArray, rate: FloatArray, period_s: float, fastest: float = np.inf
-    ) -> Motion:
+    ) -> JointKinematics:
         """Move towards a target for one period.
 
         Args:
@@ -102,19 +102,19 @@ class MotionLimiter:
         self.motion = self._safe(_at(self._plan, period_s), period_s)
         return self.motion
 
-    def brake(self, period_s: float) -> Motion:
+    def brake(self, period_s: float) -> JointKinematics:
         """Brake for one period; returns the motion after it."""
         self._plan_stop(self.motion)
         self.motion = _at(self._stop, period_s)
         return self.motion
 
-    def way_to_stop(self, period_s: float) -> list[Motion]:
+    def way_to_stop(self, period_s: float) -> list[JointKinematics]:
         """The motions at every period until all joints are at rest."""
         self._plan_stop(self.motion)
         count = int(np.ceil(self._stop.duration / period_s - 1e-9))
         return [_at(self._stop, (i + 1) * period_s) for i in range(count)]
 
-    def _safe(self, next_motion: Motion, period_s: float) -> Motion:
+    def _safe(self, next_motion: JointKinematics, period_s: float) -> JointKinematics:
         """Replace the motion of joints that could not stop within their limits by braking."""
         self._plan_stop(next_motion)
         end = _at(self._stop, self._stop.duration).position
@@ -125,13 +125,13 @@ class MotionLimiter:
         self.counters.add("braked_for_position", int(bad.sum()))
         self._plan_stop(self.motion)
         braking = _at(self._stop, period_s)
-        return Motion(
+        return JointKinematics(
             position=np.where(bad, braking.position, next_motion.position),
             velocity=np.where(bad, braking.velocity, next_motion.velocity),
             acceleration=np.where(bad, braking.acceleration, next_motion.acceleration),
         )
 
-    def _plan_stop(self, motion: Motion) -> None:
+    def _plan_stop(self, motion: JointKinematics) -> None:
         self._start_at(self._to_stop, motion)
         self._planner.calculate(self._to_stop, self._stop)
 
@@ -145,13 +145,13 @@ class MotionLimiter:
         return given
 
     @staticmethod
-    def _start_at(given: Any, motion: Motion) -> None:
+    def _start_at(given: Any, motion: JointKinematics) -> None:
         given.current_position = motion.position.tolist()
         given.current_velocity = motion.velocity.tolist()
         given.current_acceleration = motion.acceleration.tolist()
 
 
-def _turning_point(motion: Motion, jerk: FloatArray) -> FloatArray:
+def _turning_point(motion: JointKinematics, jerk: FloatArray) -> FloatArray:
     """Positions where joints reverse while they stop [rad], (n,); the current ones otherwise.
 
     A joint that brakes harder than its velocity requires passes zero velocity: with the largest
@@ -165,9 +165,9 @@ def _turning_point(motion: Motion, jerk: FloatArray) -> FloatArray:
     return motion.position + sign * t * (v + t * (a / 2.0 + t * jerk / 6.0))
 
 
-def _at(trajectory: Any, time_s: float) -> Motion:
+def _at(trajectory: Any, time_s: float) -> JointKinematics:
     position, velocity, acceleration = trajectory.at_time(time_s)
-    return Motion(
+    return JointKinematics(
         position=np.array(position),
         velocity=np.array(velocity),
         acceleration=np.array(acceleration),

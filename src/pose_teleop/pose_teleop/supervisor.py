@@ -25,7 +25,7 @@ class State(Enum):
     FROZEN = "frozen"  # commanded to stand still
 
 
-class Fault(Enum):
+class StopReason(Enum):
     """Reason why the robot may not follow, in the order of priority."""
 
     NOT_HELD = "the dead-man input is not held"
@@ -43,7 +43,7 @@ class Fault(Enum):
 
 
 SOFT_S = 3.0  # [s] after which the velocity of a soft start increases
-LATCHED = frozenset({Fault.PERSON_CHANGED, Fault.LAGS})
+LATCHED = frozenset({StopReason.PERSON_CHANGED, StopReason.LAGS})
 """After these faults the dead-man input must be released before the robot starts again."""
 
 
@@ -52,7 +52,7 @@ class Situation:
     """Input of the state machine at one instant."""
 
     now_ns: int  # [ns] monotonic clock
-    fault: Fault | None
+    fault: StopReason | None
     is_held: bool
     is_at_rest: bool  # whether the command is at rest
     distance: Callable[[], float]  # [rad] largest difference of a joint to the person's pose
@@ -72,7 +72,7 @@ class Supervisor:
 
     def __init__(self, parameters: ArmParameters, full_velocity: float) -> None:
         self.state = State.WAITING
-        self.fault: Fault | None = Fault.NOT_HELD
+        self.fault: StopReason | None = StopReason.NOT_HELD
         self._parameters, self._full_velocity = parameters, full_velocity
         self._settle_ns = round(parameters.settle_time * NS_PER_S)
         self._ramp_ns = round(parameters.ramp_time * NS_PER_S)
@@ -100,7 +100,7 @@ class Supervisor:
         self._now_ns = situation.now_ns
         fault = situation.fault
         if fault is None and not situation.is_held:
-            fault = Fault.NOT_HELD
+            fault = StopReason.NOT_HELD
         self._latch(fault, situation.is_held)
         is_well = fault is None and not self._is_latched
         if not is_well:
@@ -121,7 +121,7 @@ class Supervisor:
             self.state, self._moving_since_ns = State.FOLLOWING, situation.now_ns
         return self.state
 
-    def _latch(self, fault: Fault | None, is_held: bool) -> None:
+    def _latch(self, fault: StopReason | None, is_held: bool) -> None:
         can_be_released = self._parameters.dead_man != "none"
         if fault in LATCHED and can_be_released and self.state is not State.WAITING:
             self._is_latched = True

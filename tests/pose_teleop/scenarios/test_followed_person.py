@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from followed_person import START_NS, Followed, person_urdf
 
-from pose_teleop.supervisor import Fault, State
+from pose_teleop.supervisor import State, StopReason
 
 pytest.importorskip("ruckig")
 pytest.importorskip("pinocchio")
@@ -78,24 +78,27 @@ def test_a_robot_unlike_an_arm_reaches_for_the_wrists_place():
 
 
 TROUBLES = {
-    "streams end": (Fault.STALE, lambda s: s.go(1.0, heard=False)),
-    "the robot is silent": (Fault.NO_ROBOT, lambda s: s.go(1.0, robot_heard=False)),
-    "the input is let go": (Fault.NOT_HELD, lambda s: (setattr(s, "held", False), s.go(1.0))[1]),
-    "deviations grow": (Fault.UNCERTAIN, lambda s: (setattr(s, "stddev", 0.8), s.go(1.0))[1]),
+    "streams end": (StopReason.STALE, lambda s: s.go(1.0, heard=False)),
+    "the robot is silent": (StopReason.NO_ROBOT, lambda s: s.go(1.0, robot_heard=False)),
+    "the input is let go": (
+        StopReason.NOT_HELD,
+        lambda s: (setattr(s, "held", False), s.go(1.0))[1],
+    ),
+    "deviations grow": (StopReason.UNCERTAIN, lambda s: (setattr(s, "stddev", 0.8), s.go(1.0))[1]),
     "angles are no numbers": (
-        Fault.NOT_FINITE,
+        StopReason.NOT_FINITE,
         lambda s: s.go(1.0, hear=lambda: s.hear(angles=np.full(4, np.nan), rates=np.zeros(4))),
     ),
     "old stamps": (
-        Fault.STALE,
+        StopReason.STALE,
         lambda s: s.go(1.0, hear=lambda: s.hear(stamp_ns=s.now().ros_ns - 10**9)),
     ),
     "stamps ahead": (
-        Fault.CLOCK,
+        StopReason.CLOCK,
         lambda s: s.go(1.0, hear=lambda: s.hear(stamp_ns=s.now().ros_ns + 10**9)),
     ),
     "the person changes": (
-        Fault.PERSON_CHANGED,
+        StopReason.PERSON_CHANGED,
         lambda s: (setattr(s, "person", "other"), s.go(1.0))[1],
     ),
 }
@@ -136,7 +139,7 @@ def test_another_persons_bones_stop_the_robot_until_it_is_let_go():
     story.controller.add_urdf(person_urdf(1.1), story.now())
 
     story.go(2.0)
-    assert (state_at_end(story), fault_of(story)) == (State.FROZEN, Fault.PERSON_CHANGED)
+    assert (state_at_end(story), fault_of(story)) == (State.FROZEN, StopReason.PERSON_CHANGED)
     story.held = False
     story.go(0.1)
     story.held = True
@@ -171,7 +174,7 @@ def test_a_blocked_robot_stops_the_commands():
         story.controller.add_robot(stuck + 0.8, story.now())
         story.controller.step(story.now(), True)
 
-    assert fault_of(story) is Fault.LAGS
+    assert fault_of(story) is StopReason.LAGS
 
 
 def test_a_node_that_dies_leaves_a_trajectory_that_comes_to_rest():

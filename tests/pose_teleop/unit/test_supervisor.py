@@ -3,7 +3,7 @@
 import pytest
 
 from pose_teleop.parameters import ArmParameters
-from pose_teleop.supervisor import LATCHED, Fault, Situation, State, Supervisor
+from pose_teleop.supervisor import LATCHED, Situation, State, StopReason, Supervisor
 
 STEP_NS = 10_000_000
 
@@ -46,7 +46,7 @@ def test_it_waits_until_the_dead_man_input_is_held():
     story = Story()
 
     assert story.go(100, held=False) is State.WAITING
-    assert story.supervisor.fault is Fault.NOT_HELD
+    assert story.supervisor.fault is StopReason.NOT_HELD
 
 
 def test_it_starts_softly_after_all_has_been_well_for_a_while():
@@ -60,7 +60,7 @@ def test_it_starts_softly_after_all_has_been_well_for_a_while():
 def test_trouble_before_the_start_begins_the_wait_anew():
     story = Story()
     story.go(9)
-    story.go(1, fault=Fault.STALE)
+    story.go(1, fault=StopReason.STALE)
 
     assert story.go(9) is State.WAITING
 
@@ -92,7 +92,7 @@ def test_a_soft_start_that_does_not_catch_up_becomes_faster():
     assert 0.5 < story.supervisor.fastest < 8.0
 
 
-@pytest.mark.parametrize("fault", list(Fault))
+@pytest.mark.parametrize("fault", list(StopReason))
 def test_any_fault_slows_it_down_to_a_stop(fault):
     story = Story().follow()
 
@@ -107,20 +107,20 @@ def test_letting_go_of_the_dead_man_input_stops_it():
     story = Story().follow()
 
     assert story.go(1, held=False) is State.SLOWING
-    assert story.supervisor.fault is Fault.NOT_HELD
+    assert story.supervisor.fault is StopReason.NOT_HELD
 
 
 def test_a_fault_that_is_over_does_not_stop_the_braking():
     story = Story().follow()
-    story.go(1, fault=Fault.STALE)
+    story.go(1, fault=StopReason.STALE)
 
     assert story.go(10) is State.SLOWING
 
 
 def test_after_a_stop_it_starts_softly_again():
     story = Story().follow()
-    story.go(1, fault=Fault.STALE)
-    story.go(1, fault=Fault.STALE, at_rest=True)
+    story.go(1, fault=StopReason.STALE)
+    story.go(1, fault=StopReason.STALE, at_rest=True)
 
     assert story.go(1, at_rest=True) is State.WAITING
     assert story.go(20, at_rest=True) is State.SOFT_START
@@ -139,7 +139,7 @@ def test_after_a_grave_fault_the_dead_man_input_must_be_let_go_first(fault):
 
 def test_without_a_dead_man_input_a_latched_fault_needs_no_release():
     story = Story(must_let_go=False).follow()
-    story.go(1, fault=Fault.PERSON_CHANGED)
-    story.go(1, fault=Fault.PERSON_CHANGED, at_rest=True)
+    story.go(1, fault=StopReason.PERSON_CHANGED)
+    story.go(1, fault=StopReason.PERSON_CHANGED, at_rest=True)
 
     assert story.go(30, at_rest=True) is State.SOFT_START

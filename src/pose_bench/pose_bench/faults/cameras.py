@@ -20,7 +20,7 @@ from pose_bench.faults.fault import (
     placed,
     silent,
 )
-from pose_bench.faults.packets import Frame, Packet, Person
+from pose_bench.faults.packets import Frame, Packet, PacketPerson
 from pose_core.joints import JOINTS, OTHER_SIDE
 
 R, L, B = ("right",), ("left",), CAMERAS
@@ -31,14 +31,14 @@ def _all(value: float) -> Callable[[np.ndarray, Window], np.ndarray]:
     return lambda positions, _window: np.full_like(positions, value)
 
 
-def _named(*names: str) -> Callable[[Person, Window], Sequence[Person]]:
+def _named(*names: str) -> Callable[[PacketPerson, Window], Sequence[PacketPerson]]:
     return lambda person, _window: [replace(person, names=names)]
 
 
-def _some(count: int) -> Callable[[Person, Window], Sequence[Person]]:
+def _some(count: int) -> Callable[[PacketPerson, Window], Sequence[PacketPerson]]:
     """A message with ``count`` joints."""
 
-    def cut(person: Person, _window: Window) -> Sequence[Person]:
+    def cut(person: PacketPerson, _window: Window) -> Sequence[PacketPerson]:
         index = np.arange(count) % len(JOINTS)
         names = tuple(JOINTS[i] if k < len(JOINTS) else f"extra_{k}" for k, i in enumerate(index))
         positions, states = person.positions[index], person.states[index]
@@ -47,10 +47,10 @@ def _some(count: int) -> Callable[[Person, Window], Sequence[Person]]:
     return cut
 
 
-def _strangers(count: int) -> Callable[[Person, Window], Sequence[Person]]:
+def _strangers(count: int) -> Callable[[PacketPerson, Window], Sequence[PacketPerson]]:
     """Other people beside and before the person."""
 
-    def crowd(person: Person, window: Window) -> Sequence[Person]:
+    def crowd(person: PacketPerson, window: Window) -> Sequence[PacketPerson]:
         away = [
             replace(
                 person, id=f"s{k}", positions=person.positions + window.rng.uniform(1.0, 4.0, 3)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pose_bench.faults.packets import Frame, Imu, Note, Packet, Person
+from pose_bench.faults.packets import Frame, Imu, Note, Packet, PacketPerson
 from pose_core.stamps import NS_PER_S
 
 FAULT_S = 4.0  # [s] duration of a fault
@@ -117,7 +117,7 @@ def placed(to: Callable[[np.ndarray, Window], np.ndarray], *sources: str) -> Cha
     return each(sources, move)
 
 
-def peopled(to: Callable[[Person, Window], Sequence[Person]], *sources: str) -> Change:
+def peopled(to: Callable[[PacketPerson, Window], Sequence[PacketPerson]], *sources: str) -> Change:
     """Replace every person in a camera's frames by another, several or none."""
 
     def swap(frame: Frame, window: Window) -> Packet:

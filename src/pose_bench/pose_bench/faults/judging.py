@@ -65,7 +65,7 @@ class Truth:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Verdict:
+class FaultResult:
     """Result of one fault."""
 
     fault: Fault
@@ -96,7 +96,7 @@ class Verdict:
         return tuple(name for name, does in holds.items() if not does)
 
 
-def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: int) -> Verdict:
+def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: int) -> FaultResult:
     """Evaluate one fault.
 
     Args:
@@ -112,7 +112,7 @@ def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: 
     steps_ns = np.diff(joints.stamps_ns)
     said_s, said = _said(fault, heard.said, begin_ns, over_ns)
     arrivals = np.concatenate([[begin_ns], joints.arrived_ns, [over_ns]])
-    return Verdict(
+    return FaultResult(
         fault=fault,
         step_deg=_step_deg(joints, truth),
         ahead=int(np.sum(joints.stamps_ns > joints.arrived_ns + AHEAD_NS)),

@@ -18,7 +18,7 @@ IMU_VARIANCES = (4e-4, 4e-4, 0.04)  # [rad²] of an orientation: tilt, tilt, hea
 
 
 @dataclass(frozen=True, kw_only=True)
-class Person:
+class PacketPerson:
     """One person in a frame."""
 
     id: str
@@ -43,7 +43,7 @@ class Packet:
 class Frame(Packet):
     """A camera's frame."""
 
-    persons: tuple[Person, ...]
+    persons: tuple[PacketPerson, ...]
     frame_id: str | None = None  # None: the camera's own
 
 
@@ -83,7 +83,7 @@ def packet_of(*samples: SkeletonSample | ImuSample) -> Packet:
             rate=first.angular_velocity,
         )
     persons = (
-        Person(id=p.person, names=JOINTS, positions=p.positions, states=p.tracking_state)
+        PacketPerson(id=p.person, names=JOINTS, positions=p.positions, states=p.tracking_state)
         for p in samples
         if isinstance(p, SkeletonSample)
     )

@@ -9,14 +9,14 @@ from pose_bench.faults.judging import (
     MOST_RECOVERY_S,
     MOST_SAID_S,
     MOST_STEP_DEG,
-    Verdict,
+    FaultResult,
 )
 from pose_bench.tables import TextTable
 
 HEADER = "fault, step, RMSE, without it, stamps, said, recovery, gap, verdict"
 
 
-def fault_table(verdicts: Sequence[Verdict]) -> TextTable:
+def fault_table(verdicts: Sequence[FaultResult]) -> TextTable:
     """The table with an explanation of its columns."""
     holds = sum(not verdict.broken for verdict in verdicts)
     return TextTable(
@@ -35,7 +35,7 @@ def fault_table(verdicts: Sequence[Verdict]) -> TextTable:
     )
 
 
-def row(verdict: Verdict) -> list[str]:
+def row(verdict: FaultResult) -> list[str]:
     """Cells of one line."""
     fault = verdict.fault
     stamps = f"{verdict.ahead} / {verdict.backwards} / {verdict.repeated}"

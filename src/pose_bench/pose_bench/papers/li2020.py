@@ -22,7 +22,7 @@ OUR_METHODS = ("left", "right", "joint_kf", "dof_kf", "li2020", "default")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Motion:
+class PaperMotion:
     """One of the paper's two motions, and the choreography that replaces it."""
 
     title: str
@@ -32,7 +32,7 @@ class Motion:
 
 
 MOTIONS = (
-    Motion(
+    PaperMotion(
         title="side leg lift, then jumps (tables 1, 2)",
         choreography="leg_lift_jump",
         r=(
@@ -52,7 +52,7 @@ MOTIONS = (
             (14.4, 15.3, 14.4, 14.4),
         ),
     ),
-    Motion(
+    PaperMotion(
         title="side leg lift, then marching on the spot (tables 3, 4)",
         choreography="leg_lift_march",
         r=(
@@ -79,7 +79,9 @@ NOTE = (
 )
 
 
-def motion_tables(motion: Motion, levels: Sequence[str], seeds: Sequence[int]) -> list[TextTable]:
+def motion_tables(
+    motion: PaperMotion, levels: Sequence[str], seeds: Sequence[int]
+) -> list[TextTable]:
     """Correlations and errors of one motion; measured ones are means over levels and seeds."""
     found = [_scores(motion.choreography, level, seed) for level in levels for seed in seeds]
     tables = []

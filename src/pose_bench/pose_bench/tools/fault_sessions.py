@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.faults.fault import Fault, Signal, Window
-from pose_bench.faults.judging import RECOVERY_S, Poses, Truth, Verdict, judge
+from pose_bench.faults.judging import RECOVERY_S, FaultResult, Poses, Truth, judge
 from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer, Planned, new_player, planned
 from pose_bench.processes import pids_of
@@ -84,7 +84,7 @@ def sessions(faults: Sequence[Fault]) -> list[list[Slot]]:
     return found
 
 
-def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator[Verdict]:
+def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator[FaultResult]:
     """Inject faults; yields verdicts session by session.
 
     Args:
@@ -108,7 +108,7 @@ def isolate() -> None:
 
 def _run_session(
     person: CapturedSession, slots: Sequence[Slot], folder: Path, say: Progress
-) -> Iterator[Verdict]:
+) -> Iterator[FaultResult]:
     folder.mkdir(parents=True, exist_ok=True)
     packets = _packets(person, slots)
     plan = [planned(packet) for packet in packets]  # for a start at START_NS

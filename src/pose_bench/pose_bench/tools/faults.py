@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 from pose_bench.faults.catalogue import FAULTS, chosen
-from pose_bench.faults.judging import Verdict
+from pose_bench.faults.judging import FaultResult
 from pose_bench.faults.table import fault_table, row
 from pose_bench.tools.fault_sessions import run_faults
 from pose_bench.tools.showing import document, show
@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     if options.list:
         print("\n".join(fault.name for fault in faults))
         return 0
-    verdicts: list[Verdict] = []
+    verdicts: list[FaultResult] = []
     with tempfile.TemporaryDirectory(prefix="pose-faults-") as scratch:
         folder = options.output or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)

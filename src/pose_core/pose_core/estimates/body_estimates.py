@@ -21,7 +21,7 @@ class Source(IntEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Estimated:
+class _EstimateFields:
     """A pose with its uncertainty and provenance; arrays over d degrees of freedom."""
 
     dof_names: tuple[str, ...]
@@ -40,7 +40,7 @@ class _Estimated:
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodyEstimate(_Estimated):
+class BodyEstimate(_EstimateFields):
     """One person's pose at one instant, with its uncertainty and provenance."""
 
     stamp_ns: int  # [ns] instant of the estimate
@@ -48,7 +48,7 @@ class BodyEstimate(_Estimated):
 
 
 @dataclass(frozen=True, kw_only=True)
-class EstimateBlock(_Estimated):
+class EstimateBlock(_EstimateFields):
     """n >= 1 estimates of one person, one for each row; see :class:`BodyEstimate`."""
 
     stamps_ns: NDArray[np.int64]  # (n,) [ns]

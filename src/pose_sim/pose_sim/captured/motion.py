@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_sim.angles import JOINT_NAMES
-from pose_sim.body import Pose
+from pose_sim.body import BodyTrajectory
 from pose_sim.captured.clip import PROXIMAL_JOINTS, RATE, Clip
 from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.motion import GRID_RATE, Motion
@@ -56,7 +56,7 @@ def motion_of(clip: Clip, duration: float, *, place: tuple[float, float], facing
         name: joints[:, JOINT_INDEX[ORIGINS[name]]] if name in ORIGINS else mid_hip(joints)
         for name in rotations
     }
-    pose = Pose(
+    pose = BodyTrajectory(
         joints=joints, rotations=rotations, origins=origins, contacts=np.zeros((len(times), 4, 3))
     )
     unknown = np.full(len(times), np.nan)
