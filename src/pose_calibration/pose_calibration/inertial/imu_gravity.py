@@ -19,9 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S
+from pose_calibration.clocks.motion_track import Track
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import TUKEY
-from pose_calibration.inertial.imu_motion import ImuVertical, View
+from pose_calibration.inertial.imu_motion import View
 from pose_core.api import FloatArray
 from pose_core.finite_numbers import MAD_TO_STDDEV
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
@@ -69,7 +70,7 @@ class _State:
 def gravity_from_imus(
     views: Sequence[View],
     turns: Sequence[FloatArray],
-    verticals: Mapping[str, ImuVertical],
+    verticals: Mapping[str, Track],
     delay_s: float,
     up_stddev: float,
 ) -> Gravity | None:
@@ -114,7 +115,7 @@ def gravity_from_imus(
 
 
 def _matched(
-    view: View, R: FloatArray, segment: str, vertical: ImuVertical, delay_s: float
+    view: View, R: FloatArray, segment: str, vertical: Track, delay_s: float
 ) -> _LimbDirections | None:
     start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track

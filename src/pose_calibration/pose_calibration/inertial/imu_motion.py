@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
-from pose_calibration.clocks.motion_track import SLOW_S, Track, interpolated, without_slow
+from pose_calibration.clocks.motion_track import SLOW_S, Track, without_slow
 from pose_core.api import FloatArray, ImuBlock
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.stamps import JUMP_BACK_NS
@@ -81,31 +81,19 @@ class ImuMemory:
             old = sum(stamp < stamps[-1] - self._reach_ns for stamp in stamps)
             del stamps[:old], quaternions[:old]
 
-    def verticals(self, begin_ns: int) -> dict[str, "ImuVertical"]:
+    def verticals(self, begin_ns: int) -> dict[str, Track]:
         """Vertical in each IMU's frame, by segment; stamps in seconds since ``begin_ns``."""
         # Imported here: scipy takes half a second to load, not at a node's start.
         from scipy.spatial.transform import Rotation
 
         return {
-            segment: ImuVertical(
+            segment: Track(
                 (np.array(stamps) - begin_ns) * 1e-9,
                 Rotation.from_quat(np.array(self._quaternions[segment])).inv().apply(UP),
             )
             for segment, stamps in sorted(self._stamps.items())
             if len(stamps) > 1
         }
-
-
-@dataclass(frozen=True)
-class ImuVertical:
-    """The vertical in one IMU's frame over time."""
-
-    stamps: FloatArray  # (n,) [s], ascending
-    up: FloatArray  # (n, 3) unit vectors in the sensor
-
-    def at(self, stamps: FloatArray) -> FloatArray:
-        """Interpolate at instants [s], (m,); returns (m, 3), NaN in gaps and outside."""
-        return interpolated(self.stamps, self.up, stamps)
 
 
 @dataclass(frozen=True)
@@ -127,7 +115,7 @@ class _LimbMisfit:
 
 def measure_imu_delay(
     views: Sequence[View],
-    verticals: Mapping[str, ImuVertical],
+    verticals: Mapping[str, Track],
     reach_s: float,
     centre_s: float = 0.0,
 ) -> Delay:
@@ -151,7 +139,7 @@ def measure_imu_delay(
 
 
 def measure_each_delay(
-    views: Sequence[View], verticals: Mapping[str, ImuVertical], centre_s: float
+    views: Sequence[View], verticals: Mapping[str, Track], centre_s: float
 ) -> dict[str, Delay]:
     """Estimate the delay of each IMU by itself, from its limb in all views together.
 
@@ -180,7 +168,7 @@ def measure_each_delay(
 
 
 def _limbs(
-    views: Sequence[View], verticals: Mapping[str, ImuVertical], reach_s: float, centre_s: float
+    views: Sequence[View], verticals: Mapping[str, Track], reach_s: float, centre_s: float
 ) -> tuple[list[_LimbMisfit], FloatArray]:
     """The limbs whose motion suffices, in all views; and the shifts of their misfits [s]."""
     reach = round(reach_s * GRID_RATE) + FINE
@@ -221,7 +209,7 @@ def _parabola(shifts: FloatArray, values: FloatArray, best: int) -> tuple[FloatA
 
 
 def _limb(
-    view: View, segment: str, vertical: ImuVertical, reach: int, centre_s: float
+    view: View, segment: str, vertical: Track, reach: int, centre_s: float
 ) -> _LimbMisfit | None:
     start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track

@@ -3,7 +3,7 @@
 The only feedback from the estimator are the delays of the trackers.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -102,19 +102,9 @@ class Preprocessor:
         if self.shape is None and body is not None and body.model == self.model.name:
             self.shape = body.shape
         while self._waiting:
-            sample = self._waiting.popleft()
-            if isinstance(sample, SkeletonSample):
-                self._take_skeleton(sample)
-                self._measure_past()
-                continue
-            for part in self._imu_parts(sample):
-                self._take_imus(part)
-                self._measure_past()
-
-    def _measure_past(self) -> None:
-        for frame in self._ready_frames():
-            if self.shape is None:
-                self._measure(frame)
+            for frame in self._frames_of(self._waiting.popleft()):
+                if self.shape is None:
+                    self._measure(frame)
 
     @property
     def status(self) -> str:
@@ -140,8 +130,7 @@ class Preprocessor:
             self.counters.add("skeletons_before_extrinsics")
             self._waiting.add(sample)
             return
-        self._take_skeleton(sample)
-        yield from self._release()
+        yield from self._observations(self._frames_of(sample))
 
     def _add_imu(self, block: ImuBlock) -> Iterator[Observation]:
         self.counters.add("imu_samples", len(block))
@@ -155,19 +144,17 @@ class Preprocessor:
         if self.extrinsics is None:
             self._waiting.add(block)
             return
-        for part in self._imu_parts(block):
-            self._take_imus(part)
-            yield from self._release()
+        yield from self._observations(self._frames_of(block))
 
     def release_held(self) -> Iterator[Observation]:
         """Process frames that wait for earlier ones: a live caller waits no longer."""
         self.frames.release_all()
-        yield from self._release()
+        return self._observations(self._ready_frames())
 
     def flush(self) -> Iterator[Observation]:
         """Process everything that is left, after the end of the streams."""
         self.frames.flush()
-        yield from self._release(everything=True)
+        return self._observations(self._ready_frames(everything=True))
 
     def imus_at(self, stamp_ns: int) -> ImuMeasurements:
         """The IMUs' states at an instant [ns]."""
@@ -199,9 +186,19 @@ class Preprocessor:
         self.counters.add("imu_samples_out_of_order", self.imus.add(block))
         self.counters.add("frames_of_imus_alone", self.frames.add_imus(block.stamps_ns))
 
-    def _release(self, everything: bool = False) -> Iterator[Observation]:
-        """Observations of the ready frames; none of those that measure the body."""
-        for frame in self._ready_frames(everything):
+    def _frames_of(self, samples: SkeletonSample | ImuBlock) -> Iterator[AlignedFrame]:
+        """Take samples, part by part; yield the frames that each part makes ready."""
+        if isinstance(samples, SkeletonSample):
+            self._take_skeleton(samples)
+            yield from self._ready_frames()
+        else:
+            for part in self._imu_parts(samples):
+                self._take_imus(part)
+                yield from self._ready_frames()
+
+    def _observations(self, frames: Iterable[AlignedFrame]) -> Iterator[Observation]:
+        """Observations of frames; none of those that measure the body."""
+        for frame in frames:
             if self.shape is None:
                 self._measure(frame)
             else:
