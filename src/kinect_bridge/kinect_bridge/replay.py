@@ -16,7 +16,7 @@ import numpy as np
 
 from pose_core.errors import InputError
 from pose_io.recordings.recording import Recording, StampArray
-from pose_io.recordings.timeline import Timeline
+from pose_io.recordings.timeline import StreamTimeline
 
 NOMINAL_INTERVAL_NS = 33_333_333  # [ns] for a recording of one frame
 LONGEST_WAIT_NS = 1_000_000_000
@@ -46,7 +46,7 @@ class Schedule:
 
 def make_schedule(
     recording: Recording,
-    timelines: Sequence[Timeline],
+    timelines: Sequence[StreamTimeline],
     sensor: str,
     *,
     start_at_ns: int,

@@ -11,7 +11,6 @@ from pose_core.api import (
     estimate_body_shape,
     load_body_model,
 )
-from pose_core.joints import TrackingState
 
 MODEL = "default"  # body model that a calibration measures
 MOST_SAMPLES = 4000  # [-] used for the measures
@@ -30,10 +29,7 @@ def measure_body(
         The measures; None if a joint was tracked too rarely.
     """
     model = load_body_model(MODEL)
-    tracked = [
-        np.where((one.tracking_state == TrackingState.TRACKED)[:, None], one.positions, np.nan)
-        for one in samples[:: max(1, len(samples) // MOST_SAMPLES)]
-    ]
+    tracked = [one.tracked for one in samples[:: max(1, len(samples) // MOST_SAMPLES)]]
     if not tracked:
         return None
     try:

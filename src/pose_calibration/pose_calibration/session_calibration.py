@@ -176,8 +176,8 @@ def complete(
     if memory.segments:
         found = _imu_findings(extrinsics, by_sensor, memory)
         extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
-    clocks = _with_recorded_stamps(every, extrinsics.reference, extrinsics.clocks)
-    return replace(extrinsics, clocks=clocks)
+    checked = _with_recorded_stamps(every, extrinsics.reference, extrinsics.clocks)
+    return replace(extrinsics, clocks=checked)
 
 
 def moved_sensors(
@@ -269,14 +269,9 @@ def _frames_and_blocks(
     frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
 ) -> tuple[list[Sequence[SkeletonSample]], list[ImuBlock]]:
     """The frames with somebody in them, and the IMUs' samples."""
-    frames_kept: list[Sequence[SkeletonSample]] = []
-    blocks: list[ImuBlock] = []
-    for each in frames:
-        if isinstance(each, ImuBlock):
-            blocks.append(each)
-        elif each:
-            frames_kept.append(each)
-    return frames_kept, blocks
+    every = list(frames)
+    frames_kept = [each for each in every if not isinstance(each, ImuBlock) and each]
+    return frames_kept, [each for each in every if isinstance(each, ImuBlock)]
 
 
 def _candidates(
@@ -291,7 +286,7 @@ def _candidates(
         return [[one for frame in frames for one in with_id(frame, person)]]
     if all(len(frame) <= 1 for frame in frames):
         return [[frame[0] for frame in frames]]
-    candidates = list(match_people(frames, sensors).samples.values())
+    candidates = list(match_people(frames, sensors)[1].values())
     if not candidates:
         raise CalibrationError(
             f"several people are detected, and views in {', '.join(sensors)} agree on none: "

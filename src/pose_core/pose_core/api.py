@@ -85,7 +85,14 @@ from pose_core.streams.clocks import (
 )
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
 from pose_core.streams.recording_order import RecordingOrder, in_order
-from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of, joined
+from pose_core.streams.samples import (
+    ImuBlock,
+    ImuSample,
+    SkeletonSample,
+    block_of,
+    interleaved,
+    joined,
+)
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
 from pose_core.streams.stamp_judge import StampJudge
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
@@ -170,6 +177,7 @@ __all__ = [
     "initial_alignments",
     "fuse",
     "in_order",
+    "interleaved",
     "inverse",
     "is_imus",
     "joined",

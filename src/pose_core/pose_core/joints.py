@@ -48,6 +48,8 @@ LIMB_ENDS: dict[str, tuple[str, str]] = {
 }
 """The joints at the ends of each segment of the limbs."""
 
+LIMB_JOINTS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
+"""The joints of a leg and of an arm: ball joint, hinge, end."""
 SEGMENT_ENDS: dict[str, tuple[str, str]] = {"torso": ("torso", "neck"), **LIMB_ENDS}
 """The joints between which cameras observe a segment's direction."""
 

@@ -104,14 +104,11 @@ def run_methods(
             estimates[name] += pipeline.add(sample)
     for name, pipeline in pipelines.items():
         estimates[name] += pipeline.flush()
-    return {
-        name: replace(run_of_estimates(each), imus=_imu_lines(pipelines[name]))
-        for name, each in estimates.items()
+    lines = {
+        name: tuple(f"IMU {use}" for use in pipeline.imu_uses if use.reason or use.remark)
+        for name, pipeline in pipelines.items()
     }
-
-
-def _imu_lines(pipeline: Pipeline) -> tuple[str, ...]:
-    return tuple(f"IMU {use}" for use in pipeline.imu_uses if use.reason or use.remark)
+    return {n: replace(run_of_estimates(each), imus=lines[n]) for n, each in estimates.items()}
 
 
 def run_pipeline(pipeline: Pipeline, samples: Iterable[SkeletonSample | ImuSample]) -> MethodRun:

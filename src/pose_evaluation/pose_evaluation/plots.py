@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from pose_core.api import ANGLES, MAX_GAP_S, FloatArray, SkeletonSeries, joint_angles
 from pose_core.errors import InputError, writing
+from pose_core.joints import SIDES
 from pose_evaluation.scores import Evaluation
 from pose_evaluation.stability import BONES, bone_lengths
 from pose_io.robot_motion import JointMotion
@@ -32,15 +33,8 @@ ROBOT_STYLE = {  # colour, line width [pt]
 }
 ROBOT_GAP_S = 0.1  # [s] longer intervals interrupt a robot's line
 DPI = 110  # [1/inch]
-BONES_SHOWN = (
-    "left_thigh",
-    "right_thigh",
-    "left_shank",
-    "right_shank",
-    "left_upper_arm",
-    "right_upper_arm",
-    "left_forearm",
-    "right_forearm",
+BONES_SHOWN = tuple(
+    f"{side}_{bone}" for bone in ("thigh", "shank", "upper_arm", "forearm") for side in SIDES
 )
 
 

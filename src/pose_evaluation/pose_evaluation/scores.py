@@ -31,7 +31,7 @@ from pose_evaluation.stability import Stability, bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
 from pose_io.references.reference import Reference
 
-ReferenceSeries = SkeletonSeries | AngleSeries | Reference
+ReferenceSeries = SkeletonSeries | Reference
 HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
 """The six angles of li2020's tables."""
 MIN_OVERLAP_S = 1.0  # [s] smallest common time for an evaluation
@@ -110,20 +110,12 @@ class Evaluation:
         return next(method for method in self.methods if method.name == name)
 
 
-def evaluate(
-    methods: Mapping[str, SkeletonSeries],
-    reference: ReferenceSeries,
-    *,
-    reference_name: str,
-    synthetic: bool = False,
-) -> Evaluation:
+def evaluate(methods: Mapping[str, SkeletonSeries], reference: Reference) -> Evaluation:
     """Compare methods with a reference over their common time.
 
     Args:
         methods: Each method's joints, in any frame, by name.
-        reference: The reference's joints; or its angles; or angles and joints.
-        reference_name: Description of the reference.
-        synthetic: Whether the subject is a simulated one.
+        reference: The reference.
 
     Raises:
         InputError: If they do not overlap for at least a second.
@@ -132,7 +124,10 @@ def evaluate(
     duration_s = float(window.stamps_ns[-1] - window.stamps_ns[0]) * 1e-9
     scores = tuple(score_method(name, series, window) for name, series in methods.items())
     return Evaluation(
-        reference=reference_name, synthetic=synthetic, duration_s=duration_s, methods=scores
+        reference=reference.name,
+        synthetic=reference.synthetic,
+        duration_s=duration_s,
+        methods=scores,
     )
 
 
@@ -186,8 +181,6 @@ def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) 
 def _angles_and_joints(reference: ReferenceSeries) -> tuple[AngleSeries, SkeletonSeries | None]:
     if isinstance(reference, SkeletonSeries):
         return angle_series(reference), reference
-    if isinstance(reference, AngleSeries):
-        return reference, None
     return reference.angles, reference.skeleton
 
 

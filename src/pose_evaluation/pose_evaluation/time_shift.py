@@ -30,8 +30,6 @@ def estimate_time_shift(method: SkeletonSeries, reference: SkeletonSeries) -> fl
         The shift [s]: ``method.shifted(-shift)`` fits the reference. 0 if the two do not
         overlap, or the reference does not move.
     """
-    if len(method) == 0 or len(reference) == 0:
-        return 0.0
     return estimate_angle_shift(angle_series(method), angle_series(reference))
 
 

@@ -177,8 +177,8 @@ def _copy_messages(
     bag: BagReader, writer: BagWriter, progress: Callable[[float], None] | None
 ) -> int:
     for batch in bag.batches():
-        for connection, stamp_ns, data in batch:
-            writer.write_serialized(connection.topic, connection.msgtype, data, stamp_ns)
+        for message in batch:
+            writer.write_serialized(message.topic, message.msgtype, message.data, message.stamp_ns)
         if progress is not None:
-            progress(bag.share_before(batch[-1][1]))
+            progress(bag.share_before(batch[-1].stamp_ns))
     return writer.message_count

@@ -19,6 +19,7 @@ from pose_core.api import (
     SkeletonSample,
     SkeletonSeries,
     estimate_series,
+    interleaved,
     series_from_samples,
 )
 from pose_core.arrays import FloatArray
@@ -28,7 +29,6 @@ from pose_core.stamps import nanoseconds
 from pose_io.bags import BagMessage, BagReader
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
-from pose_io.mcap import Entry
 from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.static_transforms import transforms_to_map
@@ -79,10 +79,11 @@ class BagFrames:
     def __iter__(self) -> Iterator[Sequence[SkeletonSample] | ImuBlock]:
         order = self._order
         for batch in self._bag.batches([*self._sensors, *self._imus]):
-            self._progress(self._bag.share_before(batch[0][1]))
+            self._progress(self._bag.share_before(batch[0].stamp_ns))
             frames, block, places = self._sorted(batch)
             if order is None:
-                yield from _in_turns(frames, block, places)
+                stops = np.searchsorted(places, [place for place, _ in frames])
+                yield from interleaved((persons for _, persons in frames), block, stops)
             else:
                 yield from order.add(frames, block, places)
         if order is not None:
@@ -96,12 +97,12 @@ class BagFrames:
         return [*faults, *(() if self._order is None else self._order.left_out)]
 
     def _sorted(
-        self, batch: list[Entry]
+        self, batch: list[BagMessage]
     ) -> tuple[list[tuple[int, Persons]], ImuBlock, NDArray[np.intp]]:
         """A batch's frames with their places in it, and the samples of IMUs with theirs."""
         places: dict[str, list[int]] = defaultdict(list)
-        for place, (connection, _, _) in enumerate(batch):
-            places[connection.topic].append(place)
+        for place, message in enumerate(batch):
+            places[message.topic].append(place)
         block, block_places = self._imu_rows(batch, places)
         found = [
             (place, persons)
@@ -114,7 +115,7 @@ class BagFrames:
         return frames, block, block_places
 
     def _imu_rows(
-        self, batch: list[Entry], places: Mapping[str, list[int]]
+        self, batch: list[BagMessage], places: Mapping[str, list[int]]
     ) -> tuple[ImuBlock, NDArray[np.intp]]:
         """Samples of all IMUs in the order of their recording, and their indices in the batch."""
         own = {topic: places.get(topic, []) for topic in self._imus}
@@ -127,35 +128,16 @@ class BagFrames:
         return block.rows(order), place[rows][order]
 
     def _frames(
-        self, topic: str, batch: list[Entry], places: list[int]
+        self, topic: str, batch: list[BagMessage], places: list[int]
     ) -> Iterable[tuple[int, Persons | InputError]]:
         datas = self._bytes(topic, batch, places)
         return zip(places, self._readers[topic].read(datas), strict=True)
 
-    def _bytes(self, topic: str, batch: list[Entry], places: list[int]) -> list[bytes]:
+    def _bytes(self, topic: str, batch: list[BagMessage], places: list[int]) -> list[bytes]:
         """Serialised messages of a topic, converted to this version's message definition."""
         if topic in self._as_ours:
-            return [batch[place][2] for place in places]
-        messages = (
-            BagMessage(topic=topic, msgtype=each.msgtype, stamp_ns=stamp_ns, data=data)
-            for each, stamp_ns, data in (batch[place] for place in places)
-        )
-        return [self._bag.in_our_bytes(message) for message in messages]
-
-
-def _in_turns(
-    frames: list[tuple[int, Persons]], block: ImuBlock, places: NDArray[np.intp]
-) -> Iterator[Persons | ImuBlock]:
-    """Samples by their places in a batch; those of IMUs between two frames form one block."""
-    stops = np.searchsorted(places, [place for place, _ in frames]).tolist()
-    start = 0
-    for stop, (_, persons) in zip(stops, frames, strict=True):
-        if start < stop:
-            yield block.rows(slice(start, stop))
-            start = stop
-        yield persons
-    if start < len(block):
-        yield block.rows(slice(start, None))
+            return [batch[place].data for place in places]
+        return [self._bag.in_our_bytes(batch[place]) for place in places]
 
 
 class BagSamples:

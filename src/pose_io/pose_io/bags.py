@@ -20,7 +20,7 @@ from rosbags.typesys.store import Typestore
 
 from pose_core.errors import InputError, one_line
 from pose_io import mcap
-from pose_io.mcap import Entry
+from pose_io.mcap import BagMessage as BagMessage
 from pose_io.typestore import make_typestore
 
 BAG_SUFFIXES = (".mcap", ".db3")
@@ -28,7 +28,7 @@ BATCH = 2000  # [messages] read at a time from files without chunks
 
 
 @dataclass(frozen=True, kw_only=True)
-class Topic:
+class BagTopic:
     """A topic of a bag."""
 
     name: str
@@ -40,16 +40,6 @@ class Topic:
     def latched(self) -> bool:
         """Whether it is transient local: offered to late subscribers too."""
         return any(one.durability == QosDurability.TRANSIENT_LOCAL for one in self.offered)
-
-
-@dataclass(frozen=True, kw_only=True)
-class BagMessage:
-    """One serialised message of a bag."""
-
-    topic: str
-    msgtype: str
-    stamp_ns: int  # [ns] when it was recorded
-    data: bytes  # CDR
 
 
 class BagReader:
@@ -64,10 +54,12 @@ class BagReader:
         self._reader = reader
         self._temporary = temporary  # a folder that is removed when the bag is closed
         self._ours = reader.default_typestore or make_typestore()
-        self.topics: dict[str, Topic] = {}
+        self.typestore: Typestore = reader.typestore
+        """The bag's own message definitions, or those given for it."""
+        self.topics: dict[str, BagTopic] = {}
         for connection in reader.connections:
             known = self.topics.get(connection.topic)
-            self.topics[connection.topic] = Topic(
+            self.topics[connection.topic] = BagTopic(
                 name=connection.topic,
                 msgtype=connection.msgtype,
                 count=connection.msgcount + (known.count if known else 0),
@@ -80,11 +72,6 @@ class BagReader:
         self.start_ns: int = reader.start_time
         self.end_ns: int = reader.end_time - 1  # rosbags gives the end of a half-open interval
         self.duration_s: float = (self.end_ns - self.start_ns) * 1e-9
-
-    @property
-    def typestore(self) -> Typestore:
-        """The bag's own message definitions, or those given for it."""
-        return self._reader.typestore
 
     def share_before(self, stamp_ns: int) -> float:
         """Fraction of the bag's duration before a stamp [ns], 0 to 1."""
@@ -101,16 +88,10 @@ class BagReader:
             InputError: If the bag is found to be damaged.
         """
         for batch in self.batches(topics):
-            for connection, stamp_ns, data in batch:
-                yield BagMessage(
-                    topic=connection.topic,
-                    msgtype=connection.msgtype,
-                    stamp_ns=stamp_ns,
-                    data=data,
-                )
+            yield from batch
 
-    def batches(self, topics: Collection[str] | None = None) -> Iterator[list[Entry]]:
-        """The messages in batches of some thousand: connection (topic and type), stamp [ns], bytes.
+    def batches(self, topics: Collection[str] | None = None) -> Iterator[list[BagMessage]]:
+        """The messages in batches of some thousand.
 
         Raises:
             InputError: If the bag is found to be damaged.
@@ -127,7 +108,7 @@ class BagReader:
             if storage is not None:
                 yield from mcap.batches(storage, connections)
                 return
-            entries = self._reader.messages(connections)
+            entries = map(BagMessage._make, self._reader.messages(connections))
             while batch := list(islice(entries, BATCH)):
                 yield batch
         except Exception as error:  # damaged bytes may raise any exception

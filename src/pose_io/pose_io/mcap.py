@@ -1,9 +1,9 @@
 """MCAP files read a chunk of messages at a time, also those whose recording was cut off."""
 
 from collections.abc import Collection, Iterator
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from struct import Struct
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 from rosbags.interfaces import Connection
 from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader, decompress
@@ -16,11 +16,26 @@ COMPRESSION = Struct("<I")
 INDEX_HEAD = Struct("<HI")  # of a chunk's index: channel, size of its entries
 INDEX_ENTRY_SIZE = 16  # [bytes]
 
-Entry = tuple[Connection, int, bytes]
-"""A message: its connection, its recording stamp [ns], its bytes."""
+
+class BagMessage(NamedTuple):
+    """One serialised message of a bag."""
+
+    connection: Connection  # its topic and type
+    stamp_ns: int  # [ns] when it was recorded
+    data: bytes  # CDR
+
+    @property
+    def topic(self) -> str:
+        """Its topic."""
+        return self.connection.topic
+
+    @property
+    def msgtype(self) -> str:
+        """Its type, for example pose_msgs/msg/Skeleton."""
+        return self.connection.msgtype
 
 
-def batches(storage: McapReader, connections: Collection[Connection]) -> Iterator[list[Entry]]:
+def batches(storage: McapReader, connections: Collection[Connection]) -> Iterator[list[BagMessage]]:
     """The messages of some connections in the order of their stamps, about a chunk at a time.
 
     Args:
@@ -34,16 +49,16 @@ def batches(storage: McapReader, connections: Collection[Connection]) -> Iterato
         for chunk in chunks
         if not chunk.channel_count or any(chunk.channel_count.get(id_) for id_ in wanted)
     ]
-    held: list[Entry] = []
+    held: list[BagMessage] = []
     for index, chunk in enumerate(chunks):
         held += _entries(_content(storage, chunk), wanted)
-        held.sort(key=itemgetter(1))
+        held.sort(key=attrgetter("stamp_ns"))
         if index + 1 == len(chunks):
             break
         # Messages later than the next chunk's start are merged with that chunk's messages.
         next_ns = chunks[index + 1].message_start_time
         later = len(held)
-        while later and held[later - 1][1] >= next_ns:
+        while later and held[later - 1].stamp_ns >= next_ns:
             later -= 1
         if later:
             yield held[:later]
@@ -112,7 +127,7 @@ def _content(storage: McapReader, chunk: ChunkInfo) -> bytes:
     return decompress(packed, chunk.compression, chunk.uncompressed_size, checksum)
 
 
-def _entries(content: bytes, wanted: dict[int, Connection]) -> Iterator[Entry]:
+def _entries(content: bytes, wanted: dict[int, Connection]) -> Iterator[BagMessage]:
     at, end = 0, len(content)
     head, message, size_of_head = RECORD.unpack_from, MESSAGE.unpack_from, RECORD.size
     while at < end:
@@ -124,5 +139,5 @@ def _entries(content: bytes, wanted: dict[int, Connection]) -> Iterator[Entry]:
             _, _, channel, _, stamp_ns, _ = message(content, at)
             connection = wanted.get(channel)
             if connection is not None:
-                yield connection, stamp_ns, content[at + MESSAGE.size : stop]
+                yield BagMessage(connection, stamp_ns, content[at + MESSAGE.size : stop])
         at = stop

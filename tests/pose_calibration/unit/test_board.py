@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_calibration.board.camera import Camera, estimate_camera
 from pose_calibration.board.collecting import BoardCollector
-from pose_calibration.board.coverage import coverage
-from pose_calibration.board.detection import BoardDetector
+from pose_calibration.board.detection import BoardDetector, coverage
 from pose_calibration.board.extrinsics import ON_FLOOR, board_extrinsics
 from pose_calibration.board.solution import calibrate_board
 from pose_calibration.board.target import Board, BoardParameters

@@ -146,8 +146,8 @@ def test_the_reference_s_accelerometer_gives_the_vertical():
     calibration = LiveCalibration(LiveCalibrationParameters())
     up = LEFT[2, :3]
     for _ in range(100):
-        calibration.add_acceleration(9.81 * up)
-        calibration.add_acceleration(14.0 * up)  # somebody bumps into it
+        calibration.accelerometer.add(9.81 * up)
+        calibration.accelerometer.add(14.0 * up)  # somebody bumps into it
     feed(calibration, samples(duration_s=8.0))
     floor = calibration.extrinsics.floor
     assert floor.source.startswith("the sensor's accelerometer")

@@ -264,7 +264,7 @@ def test_common_view_is_counted_without_pauses():
         calibrator.add(
             AlignedFrame(stamp_ns=frame.stamp_ns + 60_000_000_000, samples=frame.samples)
         )
-    assert calibrator.observed_s == pytest.approx(2 * (len(some) - 1) / 15.0)
+    assert calibrator.memory.observed_s == pytest.approx(2 * (len(some) - 1) / 15.0)
 
 
 def test_places_in_map_become_extrinsics_again():

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_calibration.clocks.motion_track import Track
 from pose_calibration.inertial.imu_gravity import BODY_IMUS, gravity_from_imus
-from pose_calibration.inertial.imu_motion import ImuVertical, View, measure_imu_delay
+from pose_calibration.inertial.imu_motion import View, measure_imu_delay
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENT_ENDS
 
 UP = np.array([0.10, -0.98, -0.17]) / np.linalg.norm([0.10, -0.98, -0.17])
@@ -35,7 +35,7 @@ def swinging(delay_s=0.0, moves=True, noise=0.005):
         joints[:, start] = [0.2 * index, 0.0, 2.5]
         joints[:, end] = joints[:, start] + 0.35 * limb(camera).apply(hanging)
         alignment = Rotation.from_rotvec(rng.normal(size=3))
-        verticals[segment] = ImuVertical(imu + delay_s, (limb(imu) * alignment).inv().apply(UP))
+        verticals[segment] = Track(imu + delay_s, (limb(imu) * alignment).inv().apply(UP))
     joints += rng.normal(0.0, noise, joints.shape)
     return Track(camera, joints), verticals
 

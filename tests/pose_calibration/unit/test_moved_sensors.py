@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from walking_person import POSES, frames, sensor_pose
 
-from pose_calibration.extrinsics.moved_sensors import find_displaced, find_moved
+from pose_calibration.extrinsics.moved_sensors import find_moved, find_moved_or_displaced
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.streams.time_alignment import AlignedFrame
 
@@ -55,11 +55,11 @@ def test_a_short_recording_says_nothing():
 
 
 def test_a_sensor_moved_since_its_calibration_is_named_by_how_far_its_view_is():
-    some = frames(duration_s=20.0, noise=0.02, seed=1)
-    assert find_displaced(some, extrinsics_from_map(POSES)) == ()
+    some = frames(duration_s=20.0, rate=30.0, noise=0.02, seed=1)
+    assert find_moved_or_displaced(some, extrinsics_from_map(POSES)) == ()
     T = POSES["right"].copy()
     T[:3, 3] += [0.0, 0.15, 0.0]
-    (displaced,) = find_displaced(some, extrinsics_from_map({**POSES, "right": T}))
+    (displaced,) = find_moved_or_displaced(some, extrinsics_from_map({**POSES, "right": T}))
     assert (displaced.sensor, displaced.reference) == ("right", "left")
     assert displaced.distance == pytest.approx(0.15, abs=0.02)
     assert "15 cm from that of 'left'" in str(displaced)

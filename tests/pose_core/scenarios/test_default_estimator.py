@@ -180,7 +180,7 @@ def test_a_state_with_crossed_legs_is_noticed_as_both_trackers_contradict_it():
     _, dof = performance(8.0, ARMS)
     samples = samples_of(dof)
     pipeline, _ = run(samples[:240])
-    state = pipeline._runner._estimator._filter.state
+    state = pipeline._runner.estimator._filter.state
     names = pipeline.model.link_names
     below = [i for i, name in enumerate(names) if name.endswith(("pelvis", "thigh", "shank"))]
     state.pose.rotations[below] = np.diag([-1.0, -1.0, 1.0]) @ state.pose.rotations[below]

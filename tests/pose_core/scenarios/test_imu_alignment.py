@@ -143,7 +143,7 @@ def test_a_tracker_delay_of_60_ms_is_estimated_within_15_ms(session):
     _, _, skeletons, imus = session
     late = [replace(s, stamp_ns=s.stamp_ns + 60 * MS) for s in skeletons]
     pipeline, _ = run(merged(late, imus))
-    delays = pipeline._runner._estimator._filter.delays_s
+    delays = pipeline._runner.estimator._filter.delays_s
     np.testing.assert_allclose(delays, 0.06, atol=0.015)
 
 

@@ -9,7 +9,7 @@ from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
-from pose_core.imu.imu_history import ImuMeasurement, measurements_of
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINTS, TrackingState
 
@@ -26,7 +26,6 @@ def run(readings):
     runner.use_sensor_to_segment(dict.fromkeys(readings, known))
     for frame in range(1, FRAMES + 4):
         share = max(0, frame - FRAMES) / 3.0
-        states = {name: reading(share * turn) for name, turn in readings.items()}
         observation = Observation(
             stamp_ns=frame * 33_000_000,
             newest_ns=frame * 33_000_000,
@@ -34,17 +33,27 @@ def run(readings):
             positions=neutral_pose()[None],
             tracking_state=np.full((1, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
             cameras=np.array([[3.0, 0.0, 1.0]]),
-            imus=measurements_of(states),
+            imus=measured({name: share * turn for name, turn in readings.items()}),
         )
         runner.process(observation)
-    angles = runner._estimator._filter.state.pose.rotations
+    angles = runner.estimator._filter.state.pose.rotations
     return runner, angles.ravel()
 
 
-def reading(turn):
+def about_y(turn):
     c, s = np.cos(turn), np.sin(turn)
-    R = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    return ImuMeasurement(R_world_sensor=R, angular_velocity=np.zeros(3), stddev=np.full(3, 0.02))
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def measured(turns):
+    count = len(turns)
+    return ImuMeasurements(
+        segments=tuple(turns),
+        R_world_sensor=np.array([about_y(turn) for turn in turns.values()]).reshape(-1, 3, 3),
+        angular_velocity=np.zeros((count, 3)),
+        stddev=np.full((count, 3), 0.02),
+        age_s=np.zeros(count),
+    )
 
 
 def test_an_imu_on_a_segment_unknown_to_the_model_is_reported_and_not_used():
@@ -53,6 +62,6 @@ def test_an_imu_on_a_segment_unknown_to_the_model_is_reported_and_not_used():
     runner, angles = run({"tail": 1.0, **known})
     np.testing.assert_array_equal(angles, alone)
     assert np.abs(alone - run({})[1]).max() > np.radians(3.0)
-    (tail,) = [use for use in runner.imu_uses if use.segment == "tail"]
+    (tail,) = [use for use in runner.estimator.imu_uses if use.segment == "tail"]
     assert tail.used == 0
     assert "no link for this segment: wear it on, or name, another one" in str(tail)

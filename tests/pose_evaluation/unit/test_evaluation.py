@@ -14,6 +14,7 @@ from pose_evaluation.scores import (
     score_method,
 )
 from pose_evaluation.time_shift import estimate_time_shift
+from pose_io.references.reference import reference_of_skeleton
 
 
 @pytest.mark.parametrize("shift_s", [0.0437, -0.1212, 0.0])
@@ -138,9 +139,8 @@ def test_one_wrong_joint_is_one_joint_s_error():
 
 def test_methods_are_compared_over_the_time_they_have_in_common():
     early, late = motion(duration_s=8.0), motion(duration_s=9.0, begin_s=3.0)
-    evaluation = evaluate(
-        {"early": early, "late": late}, motion(), reference_name="truth", synthetic=True
-    )
+    truth = reference_of_skeleton("truth", motion())
+    evaluation = evaluate({"early": early, "late": late}, truth)
     assert evaluation.duration_s == pytest.approx(5.0, abs=0.05)
     assert evaluation.method("late").coverage == pytest.approx(1.0, abs=0.01)
     assert set(evaluation.method("early").angles) == set(ANGLES)

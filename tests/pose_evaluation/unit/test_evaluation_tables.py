@@ -16,6 +16,7 @@ from pose_evaluation.tables import (
     stability_table,
     view_tables,
 )
+from pose_io.references.reference import reference_of_skeleton
 
 
 @pytest.fixture
@@ -23,7 +24,7 @@ def evaluation():
     wrong = motion(rate=30.0)
     wrong.positions[:, JOINT_INDEX["left_foot"], 0] += 0.1
     methods = {"left": wrong, "fused": motion(rate=30.0)}
-    return evaluate(methods, motion(), reference_name="the truth", synthetic=True)
+    return evaluate(methods, reference_of_skeleton("the truth", motion(), synthetic=True))
 
 
 def shown(*tables, width=80):
@@ -51,7 +52,7 @@ def test_the_table_says_that_the_subject_is_synthetic(evaluation):
 
 def test_four_methods_fit_into_eighty_columns(evaluation):
     methods = {name: motion(rate=30.0) for name in ("left", "right", "mean", "fused")}
-    table = evaluation_table(evaluate(methods, motion(), reference_name="the truth"))
+    table = evaluation_table(evaluate(methods, reference_of_skeleton("the truth", motion())))
     text = shown(table)
     assert "…" not in text
     assert "right shoulder abduction" in text

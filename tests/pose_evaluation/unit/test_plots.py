@@ -15,6 +15,7 @@ from pose_evaluation.plots import (
     style_of,
 )
 from pose_evaluation.scores import evaluate
+from pose_io.references.reference import reference_of_skeleton
 
 METHODS = ("left", "right", "mean", "reference", "fused")
 
@@ -71,9 +72,8 @@ def test_bone_lengths_are_shown_in_centimetres(series):
 
 
 def test_the_error_plot_says_synthetic_and_has_a_bar_for_each_angle_and_the_mean():
-    evaluation = evaluate(
-        {"left": motion(rate=30.0)}, motion(), reference_name="the truth", synthetic=True
-    )
+    truth = reference_of_skeleton("the truth", motion(), synthetic=True)
+    evaluation = evaluate({"left": motion(rate=30.0)}, truth)
     (axes,) = errors_figure(evaluation).axes
     assert "synthetic subject" in axes.get_title(loc="left")
     assert len(axes.patches) == len(ANGLES) + 1

@@ -38,7 +38,7 @@ def test_imu_samples_are_collected_with_the_frames(ros_context):
         one = next(some)
         imu.publish(imu_message(one.stamp_ns))
         skeletons.publish(skeleton_message(one))
-        return node.calibration.imu_segments == ("left_thigh",)
+        return node.calibration.imu_memory.segments == ("left_thigh",)
 
     ros_context.spin_until(heard, what="the IMU")
 

@@ -22,7 +22,7 @@ from pose_fusion.tools.export import main
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.export.motion import chosen_body, read_motion
-from pose_io.export.opensim_coordinates import OPENSIM_MODELS, coordinate_map
+from pose_io.export.opensim import OPENSIM_MODELS, coordinate_map
 from pose_io.export.registry import EXPORTERS
 
 MODEL = MODELS_BY_NAME["li2020"]

@@ -12,8 +12,7 @@ from pose_io.bags import open_bag
 from pose_io.export.bvh import bvh_text
 from pose_io.export.c3d_file import c3d_bytes
 from pose_io.export.motion import read_motion
-from pose_io.export.opensim import mot_text, trc_text
-from pose_io.export.opensim_coordinates import OPENSIM_MODELS, coordinate_map
+from pose_io.export.opensim import OPENSIM_MODELS, coordinate_map, mot_text, trc_text
 
 RATE = 30.0  # [Hz] the bag's own, but for a third of a nanosecond
 MM = 1e-3

@@ -11,7 +11,7 @@ import numpy as np
 from kinect_bridge.sources.live import MAX_DISTANCE_M
 from pose_io.recordings.formats import AUTO, FORMATS, read_recording
 from pose_io.recordings.recording import Recording, SensorStream
-from pose_io.recordings.timeline import Timeline, make_timeline
+from pose_io.recordings.timeline import StreamTimeline, make_timeline
 from pose_node.command_line import run_tool
 
 GAP_S = 0.5  # [s] shortest gap or absence that is listed
@@ -36,7 +36,9 @@ def describe(recording: Recording) -> dict[str, Any]:
     }
 
 
-def _describe_sensor(stream: SensorStream, timeline: Timeline, zero_ns: int) -> dict[str, Any]:
+def _describe_sensor(
+    stream: SensorStream, timeline: StreamTimeline, zero_ns: int
+) -> dict[str, Any]:
     intervals_s = np.diff(timeline.time_ns) * 1e-9
     return {
         "name": stream.name,
@@ -60,7 +62,7 @@ def _plain_spans(spans: list[tuple[int, float]], zero_ns: int) -> list[dict[str,
     return [{"at_s": (at_ns - zero_ns) * 1e-9, "length_s": length_s} for at_ns, length_s in spans]
 
 
-def _absences(stream: SensorStream, timeline: Timeline) -> list[tuple[int, float]]:
+def _absences(stream: SensorStream, timeline: StreamTimeline) -> list[tuple[int, float]]:
     """When frames showed nobody for long: the time of the first one [ns] and the length [s]."""
     is_empty = np.diff(stream.row_start)[timeline.frame] == 0
     edges = np.flatnonzero(np.diff(np.concatenate([[False], is_empty, [False]])))

@@ -111,7 +111,7 @@ class LiveSession:
         taken = {s: datas[::EVERY_OTHER] for s, datas in self._calibration_imus.items()}
         self._calibration_imus.clear()
         if taken:
-            self.calibration.add_imus(imu_block(taken)[0])
+            self.calibration.imu_memory.add(imu_block(taken)[0])
         (persons,) = self._calibration_readers[sensor].read([data])
         if not isinstance(persons, InputError):
             self.calibration.add(persons)

@@ -8,8 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from pose_calibration.board.coverage import coverage
-from pose_calibration.board.detection import BoardView
+from pose_calibration.board.detection import BoardView, coverage
 from pose_calibration.board.target import Board
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pose_calibration.board.coverage import coverage
-from pose_calibration.board.detection import BoardDetector, BoardView
+from pose_calibration.board.detection import BoardDetector, BoardView, coverage
 from pose_calibration.board.images import GreyImage
 from pose_calibration.board.target import Board
 from pose_core.counters import Counters
@@ -72,7 +71,8 @@ class BoardCollector:
     def add_instant(self, instant: dict[str, BoardView]) -> bool:
         """Store an instant unless it is similar to a stored one."""
         if len(self.instants) >= MAX_INSTANTS or any(
-            set(instant) <= set(kept) and not any(_differs(instant[c], kept[c]) for c in instant)
+            set(instant) <= set(kept)
+            and all(_moved(v, kept[c]) <= DIFFERENT * v.image_size[0] for c, v in instant.items())
             for kept in self.instants
         ):
             self.counters.add("alike")
@@ -84,15 +84,9 @@ class BoardCollector:
     @property
     def progress(self) -> float:
         """Fraction of the required views, 0 to 1."""
-        parts = [
-            part
-            for camera in self.cameras
-            for part in (
-                min(1.0, self._shared(camera) / ENOUGH_INSTANTS),
-                min(1.0, self._cells(camera) / ENOUGH_CELLS),
-            )
-        ]
-        return float(np.mean(parts))
+        shared = [self._shared(camera) / ENOUGH_INSTANTS for camera in self.cameras]
+        cells = [self._cells(camera) / ENOUGH_CELLS for camera in self.cameras]
+        return float(np.minimum([shared, cells], 1.0).mean())
 
     @property
     def missing(self) -> str:
@@ -126,7 +120,3 @@ def _moved(before: BoardView, now: BoardView) -> float:
         return np.inf
     ways = np.linalg.norm(before.pixels[first] - now.pixels[second], axis=1)
     return float(np.median(ways))
-
-
-def _differs(a: BoardView, b: BoardView) -> bool:
-    return _moved(a, b) > DIFFERENT * a.image_size[0]

@@ -1,5 +1,6 @@
-"""Detection of a board's corners in an image."""
+"""Detection of a board's corners in an image, and the part of the image that they cover."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import cv2
@@ -13,6 +14,8 @@ LEAST_CORNERS = 6  # [-] required in a view
 REFINED_WITHIN = 0.3  # [-] of a square's side: window of the refinement, without neighbours
 ENLARGED_BELOW_PX = 1400  # [px] smaller images are enlarged: small markers are decoded better
 NEXT_TO_MARKERS = 0.5  # [-] the same, of the white margin of a marker in its square
+ROWS = ("top", "middle", "bottom")
+COLUMNS = ("left", "centre", "right")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +25,40 @@ class BoardView:
     corners: NDArray[np.intp]  # (n,) indices of the board's corners
     pixels: FloatArray  # (n, 2) [px] positions in the image
     image_size: tuple[int, int]  # width, height [px]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImageCoverage:
+    """Cells of a 3 x 3 grid over the image in which corners were detected."""
+
+    cells: NDArray[np.bool_]  # (3, 3), rows from the top
+
+    @property
+    def share(self) -> float:
+        """Share of the cells that contain corners [-]."""
+        return float(self.cells.mean())
+
+    @property
+    def missing(self) -> list[str]:
+        """Descriptions of the empty cells."""
+        return [
+            f"{ROWS[row]} {COLUMNS[column]}" for row, column in np.argwhere(~self.cells).tolist()
+        ]
+
+    @property
+    def missing_text(self) -> str:
+        """Description of the empty cells as part of a sentence."""
+        return "at the " + ", ".join(self.missing) if self.missing else "everywhere"
+
+
+def coverage(views: Iterable[BoardView]) -> ImageCoverage:
+    """Compute the coverage of an image by the corners of all views."""
+    cells = np.zeros((3, 3), bool)
+    for view in views:
+        share = np.clip(view.pixels / view.image_size, 0.0, 1.0 - 1e-9)
+        column, row = (share * 3).astype(int).T
+        cells[row, column] = True
+    return ImageCoverage(cells=cells)
 
 
 class BoardDetector:

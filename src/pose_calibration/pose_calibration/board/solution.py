@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_calibration.board.bundle import Bundle, BundleResult
 from pose_calibration.board.camera import Camera, estimate_camera
-from pose_calibration.board.coverage import ImageCoverage, coverage
-from pose_calibration.board.detection import BoardView
+from pose_calibration.board.detection import BoardView, ImageCoverage, coverage
 from pose_calibration.board.target import Board
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, inverse, rigid_transform

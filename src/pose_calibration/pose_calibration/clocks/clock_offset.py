@@ -124,7 +124,7 @@ def measure_delay(a: Track, b: Track, offset: float) -> Delay:
     moved, known, fit = _fit_shifted(a, b, offset)
     if fit is None:
         return UNKNOWN_DELAY
-    positions = a.positions.copy()
+    positions = a.values.copy()
     outlier = known.copy()
     outlier[known] = fit.weights == 0.0
     positions[outlier] = np.nan
@@ -141,9 +141,9 @@ def _fit_shifted(
         reference's view; None if they do not determine it.
     """
     moved = b.at(a.stamps + shift)
-    known = np.asarray(np.isfinite(a.positions + moved).all(axis=2))
+    known = np.asarray(np.isfinite(a.values + moved).all(axis=2))
     try:
-        return moved, known, estimate_rigid_transform_robustly(moved[known], a.positions[known])
+        return moved, known, estimate_rigid_transform_robustly(moved[known], a.values[known])
     except CalibrationError:
         return moved, known, None
 
@@ -187,7 +187,7 @@ def _turned_alike(a: Track, b: Track, max_offset_s: float) -> Track | None:
     if not fits:
         return None
     _, T = min(fits, key=lambda each: each[0])
-    return Track(b.stamps, transformed(T, b.positions))
+    return Track(b.stamps, transformed(T, b.values))
 
 
 def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
@@ -234,7 +234,7 @@ def _liveliest(track: Track, duration_s: float) -> float:
     begin, end = float(track.stamps[0]), float(track.stamps[-1])
     if end - begin <= duration_s:
         return begin
-    ways = np.nan_to_num(np.abs(np.diff(track.positions, axis=0))).sum(axis=(1, 2))
+    ways = np.nan_to_num(np.abs(np.diff(track.values, axis=0))).sum(axis=(1, 2))
     travelled = np.concatenate([[0.0], np.cumsum(ways)])
     starts = np.arange(begin, end - duration_s, 0.5 * duration_s)
     first, last = (np.interp(starts + d, track.stamps, travelled) for d in (0.0, duration_s))

@@ -1,4 +1,4 @@
-"""One sensor's joints over time, prepared for the estimation of clock offsets."""
+"""Vectors over time, prepared for the estimation of clock offsets."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import MAX_GAP_S, FloatArray, SkeletonSample
-from pose_core.joints import JOINTS, TrackingState
+from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
 
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
@@ -18,39 +18,33 @@ SLOW_S = 2.0  # [s] slower differences are not due to a delay
 
 @dataclass(frozen=True)
 class Track:
-    """One sensor's joints over time."""
+    """Vectors over time: one sensor's joints, or the vertical in one IMU."""
 
-    stamps: FloatArray  # (n,) [s]
-    positions: FloatArray  # (n, 15, 3) [m], NaN if not tracked
+    stamps: FloatArray  # (n,) [s], ascending
+    values: FloatArray  # (n, …, 3): joints [m], NaN if not tracked; or unit vectors
 
     def at(self, stamps: FloatArray) -> FloatArray:
-        """Joints at other instants [s], interpolated; NaN in gaps and outside, shape (m, 15, 3)."""
-        return interpolated(self.stamps, self.positions, stamps)
+        """Interpolate linearly at other instants.
+
+        Args:
+            stamps: The instants, (m,) [s].
+
+        Returns:
+            Shape (m, …, 3); NaN in gaps and outside.
+        """
+        own, values = self.stamps, self.values
+        after = np.clip(np.searchsorted(own, stamps), 1, len(own) - 1)
+        step = own[after] - own[after - 1]
+        share = (stamps - own[after - 1]) / step
+        shares = share.reshape(-1, *[1] * (values.ndim - 1))
+        result: FloatArray = values[after - 1] + shares * (values[after] - values[after - 1])
+        result[(share < 0.0) | (share > 1.0) | (step > _longest_gap_s(own))] = np.nan
+        return result
 
     def between(self, begin_s: float, end_s: float) -> "Track":
         """The part from one instant [s] to another, the latter excluded."""
         first, last = np.searchsorted(self.stamps, [begin_s, end_s])
-        return Track(self.stamps[first:last], self.positions[first:last])
-
-
-def interpolated(own: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Interpolate values linearly; NaN in gaps and outside.
-
-    Args:
-        own: Instants of the values, ascending, (n,) [s].
-        values: (n, …).
-        wanted: Instants of the result, (m,) [s].
-
-    Returns:
-        Shape (m, …).
-    """
-    after = np.clip(np.searchsorted(own, wanted), 1, len(own) - 1)
-    step = own[after] - own[after - 1]
-    share = (wanted - own[after - 1]) / step
-    shares = share.reshape(-1, *[1] * (values.ndim - 1))
-    result: FloatArray = values[after - 1] + shares * (values[after] - values[after - 1])
-    result[(share < 0.0) | (share > 1.0) | (step > _longest_gap_s(own))] = np.nan
-    return result
+        return Track(self.stamps[first:last], self.values[first:last])
 
 
 def track_of(samples: Sequence[SkeletonSample], begin_ns: int) -> Track:
@@ -58,9 +52,7 @@ def track_of(samples: Sequence[SkeletonSample], begin_ns: int) -> Track:
     if not samples:
         return Track(np.empty(0), np.empty((0, len(JOINTS), 3)))
     stamps_ns = np.array([sample.stamp_ns - begin_ns for sample in samples])
-    positions = np.array([sample.positions for sample in samples])
-    state = np.array([sample.tracking_state for sample in samples])
-    positions[state != TrackingState.TRACKED] = np.nan
+    positions = np.array([sample.tracked for sample in samples])
     ascending = np.concatenate([[True], np.diff(stamps_ns) > 0])
     return _smoothed(stamps_ns[ascending] / NS_PER_S, positions[ascending])
 

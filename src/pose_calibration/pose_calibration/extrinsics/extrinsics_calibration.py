@@ -49,11 +49,6 @@ class ExtrinsicsCalibrator:
         self._in_reference = np.empty((0, len(JOINTS), 3))  # all joints of the last solution [m]
 
     @property
-    def observed_s(self) -> float:
-        """Duration [s] for which two sensors tracked the person."""
-        return self.memory.observed_s
-
-    @property
     def frames_with(self) -> dict[str, int]:
         """Largest number of common frames with another sensor, for each but the reference."""
         shared = self.memory.shared_frames * (1 - np.eye(len(self.sensors), dtype=int))

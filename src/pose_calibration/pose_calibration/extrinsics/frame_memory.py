@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pose_core.api import AlignedFrame, FloatArray
 from pose_core.finite_numbers import nan_mean
-from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_core.stamps import NS_PER_S
 
 CELL_M = 0.3  # [m] size of the cells of the body's position
@@ -120,8 +120,7 @@ def tracked_positions(frame: AlignedFrame, sensors: Sequence[str]) -> FloatArray
     for index, name in enumerate(sensors):
         sample = frame.samples.get(name)
         if sample is not None:
-            tracked = sample.tracking_state == TrackingState.TRACKED
-            positions[index, tracked] = sample.positions[tracked]
+            positions[index] = sample.tracked
     return positions
 
 

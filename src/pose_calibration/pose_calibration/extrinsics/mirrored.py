@@ -12,7 +12,7 @@ import numpy as np
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import SkeletonSample
 from pose_core.body.trunk import trunk_axes
-from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES
 
 LEAST_BEND = 0.12  # [m] of the knee from the line between hip and foot: bent by about 30°
 LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis
@@ -37,13 +37,11 @@ def refuse_mirrored(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> None:
 def _backwards_share(samples: Sequence[SkeletonSample]) -> float:
     """Share of bent knees that bend backwards; 0 if there are few."""
     some = samples[:: max(1, len(samples) // MOST_SAMPLES)]
-    joints = np.stack([each.positions for each in some])
-    tracked = np.stack([each.tracking_state for each in some]) == TrackingState.TRACKED
-    joints = np.where(tracked[..., None], joints, np.nan)
+    joints = np.stack([each.tracked for each in some])
     forward = trunk_axes(joints)[..., 0]
     backwards = bent = 0
     for side in SIDES:
-        hip, knee, foot = (joints[:, JOINT_INDEX[f"{side}_{name}"]] for name in _LEG)
+        hip, knee, foot = (joints[:, JOINT_INDEX[f"{side}_{name}"]] for name in LIMB_JOINTS[0])
         bend = knee - 0.5 * (hip + foot)
         length = np.linalg.norm(bend, axis=1)
         along = (bend * forward).sum(axis=1)
@@ -51,6 +49,3 @@ def _backwards_share(samples: Sequence[SkeletonSample]) -> float:
         bent += int(is_bent.sum())
         backwards += int((is_bent & (along < 0.0)).sum())
     return backwards / bent if bent >= MIN_BENT else 0.0
-
-
-_LEG = ("hip", "knee", "foot")

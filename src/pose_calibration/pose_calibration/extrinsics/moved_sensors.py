@@ -83,20 +83,15 @@ def find_moved(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[
     return _moved(_views(frames, extrinsics), extrinsics.reference)
 
 
-def find_displaced(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[Displaced, ...]:
-    """Sensors whose views do not fit the reference's by given extrinsics.
-
-    Args:
-        frames: See :func:`find_moved`.
-        extrinsics: As given, not estimated from these frames.
-    """
-    return _displaced(_views(frames, extrinsics), extrinsics.reference)
-
-
 def find_moved_or_displaced(
     frames: Sequence[AlignedFrame], extrinsics: Extrinsics
 ) -> tuple[MovedDuring | Displaced, ...]:
-    """:func:`find_moved`, or where it finds none :func:`find_displaced`, of every fourth frame."""
+    """:func:`find_moved`, or where it finds none the views that do not fit the reference's.
+
+    Args:
+        frames: See :func:`find_moved`; every fourth is used.
+        extrinsics: As given, not estimated from these frames.
+    """
     views = _views(frames[::THINNED], extrinsics)
     return _moved(views, extrinsics.reference) or _displaced(views, extrinsics.reference)
 
@@ -127,7 +122,7 @@ def _moved(views: Views, reference: str) -> tuple[MovedDuring, ...]:
 
 
 def _displaced(views: Views, reference: str) -> tuple[Displaced, ...]:
-    """See :func:`find_displaced`."""
+    """See :func:`find_moved_or_displaced`."""
     found = []
     for other, (_, corrections) in views.items():
         if not len(corrections):

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pose_calibration.files.file_values import rounded
+from pose_calibration.files.file_values import read_mapping, rounded
 from pose_core.api import BodyModel, BodyShape, FloatArray, SessionBody, load_body_model
 from pose_core.body.shape import LONGEST_BONE
 from pose_core.errors import InputError
@@ -43,8 +43,7 @@ def read_body(path: Path, section: Any) -> SessionBody | None:
     """
     if section is None:
         return None
-    if not isinstance(section, Mapping):
-        raise InputError(f"{path}: 'body' is {section!r}, expected a mapping")
+    section = read_mapping(f"{path}: 'body'", section)
     model = _model(path, section.get("body_model"))
     offsets = section.get("offsets")
     if not isinstance(offsets, Mapping) or set(offsets) != set(JOINTS):

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pose_calibration.files.file_values import rounded
+from pose_calibration.files.file_values import read_mapping, rounded
 from pose_core.api import IMUS, ONE_IMU, Clock, Clocks, is_imus
 from pose_core.errors import InputError
 
@@ -48,9 +48,8 @@ def read_clocks(
             for name, entry in entries.items()
             if "clock_offset_ns" in entry
         }
-    section = document.get("clocks", {})
-    if not isinstance(section, Mapping):
-        raise InputError(f"{path}: 'clocks' is {section!r}, expected a mapping of sources")
+    clocks = document.get("clocks", {})
+    section = read_mapping(f"{path}: 'clocks'", clocks, "a mapping of sources")
     return {str(name): _clock(path, name, entry, sensors) for name, entry in section.items()}
 
 
@@ -62,8 +61,7 @@ def _clock(path: Path, name: Any, entry: Any, sensors: Sequence[str]) -> Clock:
             f"'{sensors[0]}' is the reference"
         )
     where = f"clocks/{name}"
-    if not isinstance(entry, Mapping):
-        raise InputError(f"{path}: {where} is {entry!r}, expected a mapping with 'offset_ns'")
+    entry = read_mapping(f"{path}: {where}", entry, "a mapping with 'offset_ns'")
     if "offset_ns" not in entry or set(map(str, entry)) - {"offset_ns", *NUMBERS}:
         raise InputError(
             f"{path}: {where} has {', '.join(map(str, entry)) or 'nothing'}, expected 'offset_ns' "

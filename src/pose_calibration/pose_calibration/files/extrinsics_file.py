@@ -35,6 +35,7 @@ from pose_calibration.files.body_section import body_document, read_body
 from pose_calibration.files.clocks_section import clocks_document, read_clocks
 from pose_calibration.files.file_values import (
     quaternion_values,
+    read_mapping,
     read_rotation,
     read_vector,
     rounded,
@@ -121,7 +122,7 @@ def load_extrinsics(path: Path) -> Extrinsics:
     document = read_document(path)
     _check_keys(path, document)
     reference = document.get("reference")
-    sensors = _mapping(path, document, "sensors")
+    sensors = read_mapping(f"{path}: 'sensors'", document.get("sensors"))
     if not isinstance(reference, str) or not reference:
         raise InputError(f"{path}: reference is {reference!r}, expected the first sensor's name")
     if reference in sensors:
@@ -131,12 +132,11 @@ def load_extrinsics(path: Path) -> Extrinsics:
         )
     T_reference_sensor = {reference: np.eye(4)}
     for name in sensors:
-        entry = _mapping(path, sensors, name)
-        T_reference_sensor[str(name)] = _transform(path, name, entry)
+        T_reference_sensor[str(name)] = _transform(path, name, sensors[name])
     return Extrinsics(
         reference=reference,
         T_reference_sensor=T_reference_sensor,
-        T_map_reference=_transform(path, "map", _mapping(path, document, "map")),
+        T_map_reference=_transform(path, "map", document.get("map")),
         clocks=read_clocks(path, document, tuple(T_reference_sensor)),
         body=read_body(path, document.get("body")),
     )
@@ -237,14 +237,8 @@ def _board(board: BoardResiduals) -> dict[str, Any]:
     }
 
 
-def _mapping(path: Path, parent: Mapping[Any, Any], key: Any) -> Mapping[Any, Any]:
-    value = parent.get(key)
-    if not isinstance(value, Mapping):
-        raise InputError(f"{path}: '{key}' is {value!r}, expected a mapping")
-    return value
-
-
-def _transform(path: Path, name: Any, entry: Mapping[Any, Any]) -> FloatArray:
+def _transform(path: Path, name: Any, value: Any) -> FloatArray:
+    entry = read_mapping(f"{path}: '{name}'", value)
     position = read_vector(f"{path}: the translation of '{name}'", entry.get("translation"), 3)
     R = read_rotation(f"{path}: the rotation of '{name}'", entry.get("rotation"))
     return rigid_transform(R, position)

@@ -1,5 +1,6 @@
-"""Conversion of numbers and rotations to and from a session's file."""
+"""Conversion of mappings, numbers and rotations to and from a session's file."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,17 @@ def quaternion_values(R: FloatArray, digits: int) -> list[float]:
     quaternion = np.empty(4)
     quaternion_of(np.ascontiguousarray(R, float), quaternion)
     return [rounded(value, digits) for value in quaternion]
+
+
+def read_mapping(what: str, value: Any, expected: str = "a mapping") -> Mapping[Any, Any]:
+    """A mapping from a file.
+
+    Raises:
+        InputError: If it is something else.
+    """
+    if not isinstance(value, Mapping):
+        raise InputError(f"{what} is {value!r}, expected {expected}")
+    return value
 
 
 def read_vector(what: str, value: Any, count: int) -> FloatArray:

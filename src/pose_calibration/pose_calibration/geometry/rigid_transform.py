@@ -143,7 +143,8 @@ def _best_hypothesis(source: FloatArray, target: FloatArray, fallback: FloatArra
     edges = source[triples[:, 1:]] - source[triples[:, :1]]
     area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
     triples = triples[area > MIN_SPREAD_M**2]
-    candidates = np.concatenate([fallback[None], _through_triples(source, target, triples)])
+    through_triples = best_rigid_transform(source[triples], target[triples])
+    candidates = np.concatenate([fallback[None], through_triples])
     scored = rng.choice(len(source), min(SCORED_POINTS, len(source)), replace=False)
     squares = np.zeros((len(candidates), len(scored)))
     for axis in range(3):
@@ -157,10 +158,3 @@ def _best_hypothesis(source: FloatArray, target: FloatArray, fallback: FloatArra
 def _squared_lengths(vectors: FloatArray) -> FloatArray:
     """Squared norms of vectors (n, 3), shape (n,)."""
     return np.asarray(np.einsum("ij,ij->i", vectors, vectors))
-
-
-def _through_triples(source: FloatArray, target: FloatArray, triples: FloatArray) -> FloatArray:
-    """One least-squares transform for each triple of pairs, shape (n, 4, 4)."""
-    if len(triples) == 0:
-        return np.empty((0, 4, 4))
-    return best_rigid_transform(source[triples], target[triples])

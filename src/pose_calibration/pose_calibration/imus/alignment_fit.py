@@ -60,7 +60,7 @@ ELBOWS = tuple((f"{side}_upper_arm", f"{side}_forearm") for side in SIDES)
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Measured:
+class _Residuals:
     """One kind of residual at m instants, in units of its standard deviation."""
 
     columns: NDArray[np.intp]  # (c,) the unknowns it depends on
@@ -112,7 +112,7 @@ class _Fit:
     def step(self) -> float:
         """One Gauss-Newton step; returns the largest change [rad]."""
         normal, gradient = np.zeros_like(self._normal), np.zeros(len(self._normal))
-        for m in self._measured():
+        for m in self._residuals():
             size = np.linalg.norm(m.residual, axis=1)
             weight = m.share * np.minimum(1.0, LIMIT / np.maximum(size, LIMIT))
             weighted = weight[:, None, None] * m.jacobian
@@ -148,7 +148,7 @@ class _Fit:
         heading = self._y + self._d * self._o.times_s[:, None]
         return np.asarray(_about_z(heading) @ self._R_ws @ self._M)
 
-    def _measured(self) -> Iterator[_Measured]:
+    def _residuals(self) -> Iterator[_Residuals]:
         R = self._rotations()
         o, index = self._o, {segment: i for i, segment in enumerate(self._segments)}
         for i, row in enumerate(self._rows):
@@ -166,13 +166,13 @@ class _Fit:
             if upper in index and lower in index:
                 yield self._elbow(R, index[upper], index[lower])
         heading = (self._psi - o.neutral_heading) / STAND_HEADING_STDDEV
-        yield _Measured(
+        yield _Residuals(
             columns=np.array([len(self._normal) - 1]),
             residual=np.array([[heading]]),
             jacobian=np.array([[[1.0 / STAND_HEADING_STDDEV]]]),
         )
 
-    def _long_axis(self, R: FloatArray, i: int, row: int) -> _Measured:
+    def _long_axis(self, R: FloatArray, i: int, row: int) -> _Residuals:
         o = self._o
         stddev = np.hypot(axis_stddev(self._segments[i]), LAG_S * o.rate[:, row])[:, None]
         residual = (R[:, i, :, 2] + o.R_map_heading @ self._b[i] - o.long_axis[:, row]) / stddev
@@ -180,14 +180,14 @@ class _Fit:
         jacobian = np.concatenate([moving, o.R_map_heading], axis=2) / stddev[..., None]
         return _repeated(self._columns(i, slice(0, OWN)), residual, jacobian)
 
-    def _knee(self, R: FloatArray, upper: int, lower: int) -> _Measured:
+    def _knee(self, R: FloatArray, upper: int, lower: int) -> _Residuals:
         residual = (R[:, upper, :, 1] - R[:, lower, :, 1]) / HINGE_STDDEV
         first, second = (self._axis_jacobian(R[:, i], Y) for i in (upper, lower))
         jacobian = np.concatenate([first, -second], axis=2) / HINGE_STDDEV
         columns = np.concatenate([self._columns(i, MOVING) for i in (upper, lower)])
         return _repeated(columns, residual, jacobian)
 
-    def _elbow(self, R: FloatArray, upper: int, lower: int) -> _Measured:
+    def _elbow(self, R: FloatArray, upper: int, lower: int) -> _Residuals:
         hinge, along = R[:, upper, :, 1], R[:, lower, :, 2]
         residual = np.sum(hinge * along, axis=1, keepdims=True) / ELBOW_STDDEV
         first = np.einsum("nr,nrc->nc", along, self._axis_jacobian(R[:, upper], Y))
@@ -196,7 +196,7 @@ class _Fit:
         columns = np.concatenate([self._columns(i, MOVING) for i in (upper, lower)])
         return _repeated(columns, residual, jacobian)
 
-    def _neutral(self, i: int) -> _Measured:
+    def _neutral(self, i: int) -> _Residuals:
         tilt = ARM_TILT_STDDEV if self._segments[i].endswith(ARMS) else TILT_STDDEV
         stddev = np.array([tilt, tilt, TURN_STDDEV])
         R = _about_z(self._y[i] - self._psi) @ self._R_ws_neutral[i] @ self._M[i]
@@ -204,15 +204,15 @@ class _Fit:
         jacobian = np.column_stack([up, np.eye(3), -up]) / stddev[:, None]
         columns = np.append(self._columns(i, slice(0, OWN))[[0, 2, 3, 4]], len(self._normal) - 1)
         residual = Rotation.from_matrix(R).as_rotvec() / stddev
-        return _Measured(columns=columns, residual=residual[None], jacobian=jacobian[None])
+        return _Residuals(columns=columns, residual=residual[None], jacobian=jacobian[None])
 
-    def _prior(self, i: int) -> _Measured:
+    def _prior(self, i: int) -> _Residuals:
         stddev = np.array([math.pi, DRIFT_STDDEV, BIAS_STDDEV, BIAS_STDDEV, BIAS_STDDEV])
         columns = self._columns(i, slice(0, OWN))[[0, 1, 5, 6, 7]]
         heading = self._y[i] - self._first_y[i]  # unobservable if always vertical
         residual = np.array([heading, self._d[i], *self._b[i]]) / stddev
         jacobian = np.diag(1.0 / stddev)
-        return _Measured(columns=columns, residual=residual[None], jacobian=jacobian[None])
+        return _Residuals(columns=columns, residual=residual[None], jacobian=jacobian[None])
 
     def _axis_jacobian(self, R: FloatArray, axis: FloatArray) -> FloatArray:
         """Jacobian of R axis by y, d and a rotation of the alignment: (n, 3, 5)."""
@@ -226,10 +226,10 @@ class _Fit:
         return np.arange(OWN * i, OWN * (i + 1))[part]
 
 
-def _repeated(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatArray) -> _Measured:
+def _repeated(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatArray) -> _Residuals:
     """Select the known residuals; successive instants are correlated."""
     known = np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
-    return _Measured(
+    return _Residuals(
         columns=columns,
         residual=residual[known],
         jacobian=jacobian[known],

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pose_core.api import FloatArray, joint_angles
 from pose_core.body.trunk import PAIRS, mid_hip, standing_heading
 from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean, nan_median
-from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES, TrackingState
 from pose_core.stamps import NS_PER_S
 
 DURATION_NS = 3 * NS_PER_S // 2
@@ -30,8 +30,6 @@ TRACKER_ERROR = (0.03, 0.06)
 """[m] Up to the first mean distance from its neutral position, over all sensors, a joint's
 deviation is the trackers' error; from the second on it is the person's posture."""
 LEAST_SENSORS = 2  # [-] for this distinction; one sensor alone cannot make it
-
-CHAINS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,8 +131,8 @@ def n_pose_joints(observed: FloatArray) -> FloatArray:
     for side in SIDES:
         joints[JOINT_INDEX[f"{side}_hip"], [0, 2]] = 0.0
         joints[JOINT_INDEX[f"{side}_shoulder"], 0] = 0.0
-        for chain in CHAINS:
-            for pair in itertools.pairwise(chain):
+        for limb in LIMB_JOINTS:
+            for pair in itertools.pairwise(limb):
                 upper, lower = (JOINT_INDEX[f"{side}_{name}"] for name in pair)
                 length = np.linalg.norm(symmetric[lower] - symmetric[upper])
                 joints[lower] = joints[upper] - [0.0, 0.0, length]

@@ -185,10 +185,11 @@ class ObservationRecorder:
         R_map_heading = np.full((count, 3, 3), np.nan)
         joints = np.full((count, len(JOINTS), 3), np.nan)
         for k, instant in enumerate(instants):
-            for i, segment in enumerate(segments):
-                if segment in instant.imus:
-                    R_world_sensor[k, i] = instant.imus[segment].R_world_sensor
-                    rate[k, i] = np.linalg.norm(instant.imus[segment].angular_velocity)
+            for row, segment in enumerate(instant.imus.segments):
+                if segment in segments:
+                    i = segments.index(segment)
+                    R_world_sensor[k, i] = instant.imus.R_world_sensor[row]
+                    rate[k, i] = np.linalg.norm(instant.imus.angular_velocity[row])
             R_map_heading[k] = heading_axes(nan_mean(instant.views))
             # Each tracker's bias of the joints is estimated in the N-pose.
             joints[k] = nan_mean(instant.views - self.stand.offsets @ R_map_heading[k].T)

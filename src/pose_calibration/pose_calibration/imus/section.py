@@ -20,6 +20,7 @@ import numpy as np
 from pose_calibration.files.extrinsics_file import read_document, write_document
 from pose_calibration.files.file_values import (
     quaternion_values,
+    read_mapping,
     read_rotation,
     read_vector,
     rounded,
@@ -76,8 +77,7 @@ def read_alignments(where: str, section: Any) -> SensorsToSegments:
     Raises:
         InputError: If it is invalid.
     """
-    if not isinstance(section, Mapping):
-        raise InputError(f"{where} is {section!r}, expected a mapping")
+    section = read_mapping(where, section)
     if section.get("version") != VERSION:
         raise InputError(
             f"{where} has version {section.get('version')!r}, expected {VERSION}: calibrate again"
@@ -109,8 +109,7 @@ def load_alignments_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, S
 
 
 def _alignment(where: str, entry: Any) -> SensorToSegment:
-    if not isinstance(entry, Mapping):
-        raise InputError(f"{where} is {entry!r}, expected rotation, stddev_deg, residual_deg")
+    entry = read_mapping(where, entry, "rotation, stddev_deg, residual_deg")
     R_sensor_segment = read_rotation(f"{where}: the rotation", entry.get("rotation"))
     stddev = read_vector(f"{where}: stddev_deg", entry.get("stddev_deg"), 3)
     if not ((stddev > 0.0) & (stddev <= LARGEST_STDDEV_DEG)).all():

@@ -13,14 +13,13 @@ import numpy as np
 
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
 from pose_calibration.clocks.joint_delays import Delay
-from pose_calibration.clocks.motion_track import track_of
+from pose_calibration.clocks.motion_track import Track, track_of
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
 from pose_calibration.inertial.imu_motion import (
     LEAST_LIMBS,
     TRACKER_LAG_STDDEV_S,
     ImuMemory,
-    ImuVertical,
     View,
     measure_each_delay,
     measure_imu_delay,
@@ -106,7 +105,7 @@ def imu_findings(
 
 
 def imus_ahead(
-    views: Sequence[View], verticals: Mapping[str, ImuVertical], delay_s: float
+    views: Sequence[View], verticals: Mapping[str, Track], delay_s: float
 ) -> dict[str, Delay]:
     """By how much each IMU is ahead of their median [s], by segment, as far as motion tells.
 
@@ -143,12 +142,10 @@ def clearly_apart(ahead: Mapping[str, Delay]) -> dict[str, Delay]:
     return apart if 2 * len(apart) < len(ahead) else {}
 
 
-def in_time(
-    verticals: Mapping[str, ImuVertical], apart: Mapping[str, Delay]
-) -> dict[str, ImuVertical]:
+def in_time(verticals: Mapping[str, Track], apart: Mapping[str, Delay]) -> dict[str, Track]:
     """The verticals with the stamps of single IMUs corrected by how much these are ahead."""
     return {
-        segment: ImuVertical(one.stamps - apart[segment].estimate_s, one.up)
+        segment: Track(one.stamps - apart[segment].estimate_s, one.values)
         if segment in apart
         else one
         for segment, one in verticals.items()
@@ -156,7 +153,7 @@ def in_time(
 
 
 def measure_imu_window(
-    views: Sequence[View], verticals: Mapping[str, ImuVertical], delay_s: float
+    views: Sequence[View], verticals: Mapping[str, Track], delay_s: float
 ) -> MeasuredOffset | None:
     """The IMUs' offset in one window, near a known delay [s]; None if the motion is too small."""
     delay = measure_imu_delay(views, verticals, NEAR_S, delay_s)
@@ -188,7 +185,7 @@ def views_on_reference_clock(
 
 
 def _over_time(
-    views: list[View], verticals: Mapping[str, ImuVertical], delay_s: float
+    views: list[View], verticals: Mapping[str, Track], delay_s: float
 ) -> list[MeasuredOffset]:
     first, last = _span(views)
     every = max(WINDOW_S, (last - first) / MOST_WINDOWS)

@@ -19,9 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S
+from pose_calibration.clocks.motion_track import Track
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import TUKEY
-from pose_calibration.inertial.imu_motion import ImuVertical, View
+from pose_calibration.inertial.imu_motion import View
 from pose_core.api import FloatArray
 from pose_core.finite_numbers import MAD_TO_STDDEV
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
@@ -38,7 +39,7 @@ IMUS_COUNT_BELOW = 0.85  # [-] of the deviation without IMUs, below which they a
 
 
 @dataclass(frozen=True)
-class _Limb:
+class _LimbDirections:
     """One limb's direction in a camera and the vertical in the IMU on it, at n instants."""
 
     segment: str
@@ -69,7 +70,7 @@ class _State:
 def gravity_from_imus(
     views: Sequence[View],
     turns: Sequence[FloatArray],
-    verticals: Mapping[str, ImuVertical],
+    verticals: Mapping[str, Track],
     delay_s: float,
     up_stddev: float,
 ) -> Gravity | None:
@@ -114,8 +115,8 @@ def gravity_from_imus(
 
 
 def _matched(
-    view: View, R: FloatArray, segment: str, vertical: ImuVertical, delay_s: float
-) -> _Limb | None:
+    view: View, R: FloatArray, segment: str, vertical: Track, delay_s: float
+) -> _LimbDirections | None:
     start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
     if len(track.stamps) < 2:
@@ -128,17 +129,17 @@ def _matched(
     if known.sum() < LEAST_SAMPLES:
         return None
     bone = bone[known] @ R.T
-    return _Limb(segment, bone / np.linalg.norm(bone, axis=1, keepdims=True), up[known])
+    return _LimbDirections(segment, bone / np.linalg.norm(bone, axis=1, keepdims=True), up[known])
 
 
-def _axis(limb: _Limb, up: FloatArray) -> FloatArray:
+def _axis(limb: _LimbDirections, up: FloatArray) -> FloatArray:
     """Direction of the limb in its IMU, shape (3,), for unbiased measurements and this vertical."""
     axis, *_ = np.linalg.lstsq(limb.vertical, limb.bone @ up, rcond=None)
     return _unit(axis.astype(float))
 
 
 def _normal_equations(
-    limbs: Sequence[_Limb],
+    limbs: Sequence[_LimbDirections],
     of_segment: Sequence[int],
     state: _State,
     prior: tuple[FloatArray, float],

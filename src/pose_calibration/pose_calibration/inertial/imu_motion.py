@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
-from pose_calibration.clocks.motion_track import SLOW_S, Track, interpolated, without_slow
+from pose_calibration.clocks.motion_track import SLOW_S, Track, without_slow
 from pose_core.api import FloatArray, ImuBlock
 from pose_core.imu.burst_stamps import BurstStamps
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
@@ -31,9 +31,7 @@ MOST_POINTING = 0.7  # [-] largest cosine between a limb and the line of sight
 LEAST_EXPLAINED = 0.5  # [-] share of the inclination's variance that the IMU must explain
 OWN_REACH_S = 0.2  # [s] half width of the search for each limb's shift about the common one
 LAG_FLOOR_S = 0.012  # [s] scatter of the lags of limbs that are measured well
-UNEXPLAINED_LAG_S = (
-    0.1  # [s] times what the IMU does not explain: a limb measured badly is measured late
-)
+UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: such limbs are measured late
 LEAST_LIMBS = 3  # [-] in all views together, since one may be measured badly
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag between motions
 FINE = 3  # [-] half width of the parabola's fit, in steps of the grid
@@ -86,31 +84,19 @@ class ImuMemory:
             old = sum(stamp < stamps[-1] - self._reach_ns for stamp in stamps)
             del stamps[:old], quaternions[:old]
 
-    def verticals(self, begin_ns: int) -> dict[str, "ImuVertical"]:
+    def verticals(self, begin_ns: int) -> dict[str, Track]:
         """Vertical in each IMU's frame, by segment; stamps in seconds since ``begin_ns``."""
         # Imported here: scipy takes half a second to load, not at a node's start.
         from scipy.spatial.transform import Rotation
 
         return {
-            segment: ImuVertical(
+            segment: Track(
                 (np.array(stamps) - begin_ns) * 1e-9,
                 Rotation.from_quat(np.array(self._quaternions[segment])).inv().apply(UP),
             )
             for segment, stamps in sorted(self._stamps.items())
             if len(stamps) > 1
         }
-
-
-@dataclass(frozen=True)
-class ImuVertical:
-    """The vertical in one IMU's frame over time."""
-
-    stamps: FloatArray  # (n,) [s], ascending
-    up: FloatArray  # (n, 3) unit vectors in the sensor
-
-    def at(self, stamps: FloatArray) -> FloatArray:
-        """Interpolate at instants [s], (m,); returns (m, 3), NaN in gaps and outside."""
-        return interpolated(self.stamps, self.up, stamps)
 
 
 @dataclass(frozen=True)
@@ -122,7 +108,7 @@ class View:
 
 
 @dataclass(frozen=True)
-class _Limb:
+class _LimbMisfit:
     """One limb in one view, and the IMU on it, on a grid."""
 
     misfit: FloatArray  # (shifts,) mean squared residual of the best direction
@@ -132,7 +118,7 @@ class _Limb:
 
 def measure_imu_delay(
     views: Sequence[View],
-    verticals: Mapping[str, ImuVertical],
+    verticals: Mapping[str, Track],
     reach_s: float,
     centre_s: float = 0.0,
 ) -> Delay:
@@ -156,7 +142,7 @@ def measure_imu_delay(
 
 
 def measure_each_delay(
-    views: Sequence[View], verticals: Mapping[str, ImuVertical], centre_s: float
+    views: Sequence[View], verticals: Mapping[str, Track], centre_s: float
 ) -> dict[str, Delay]:
     """Estimate the delay of each IMU by itself, from its limb in all views together.
 
@@ -185,8 +171,8 @@ def measure_each_delay(
 
 
 def _limbs(
-    views: Sequence[View], verticals: Mapping[str, ImuVertical], reach_s: float, centre_s: float
-) -> tuple[list[_Limb], FloatArray]:
+    views: Sequence[View], verticals: Mapping[str, Track], reach_s: float, centre_s: float
+) -> tuple[list[_LimbMisfit], FloatArray]:
     """The limbs whose motion suffices, in all views; and the shifts of their misfits [s]."""
     reach = round(reach_s * GRID_RATE) + FINE
     limbs = [
@@ -198,7 +184,7 @@ def _limbs(
     return limbs, np.arange(-reach, reach + 1) / GRID_RATE + centre_s
 
 
-def _cost(limbs: Sequence[_Limb]) -> FloatArray:
+def _cost(limbs: Sequence[_LimbMisfit]) -> FloatArray:
     """Twice the negative log-likelihood of each shift, (shifts,)."""
     return np.asarray(sum(limb.count * np.log(limb.misfit) for limb in limbs))
 
@@ -226,8 +212,8 @@ def _parabola(shifts: FloatArray, values: FloatArray, best: int) -> tuple[FloatA
 
 
 def _limb(
-    view: View, segment: str, vertical: ImuVertical, reach: int, centre_s: float
-) -> _Limb | None:
+    view: View, segment: str, vertical: Track, reach: int, centre_s: float
+) -> _LimbMisfit | None:
     start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
     if len(track.stamps) < 2 or len(vertical.stamps) < 2:
@@ -257,7 +243,7 @@ def _misfits(
     up: FloatArray,
     is_up_known: NDArray[np.bool_],
     reach: int,
-) -> _Limb | None:
+) -> _LimbMisfit | None:
     count = len(inclination)
     misfit = np.empty(2 * reach + 1)
     energy = 0.0
@@ -273,7 +259,7 @@ def _misfits(
             rate = np.gradient(up[shift : shift + count] @ direction) * GRID_RATE
             energy = float(np.mean(rate[both] ** 2))
     independent = float(is_seen.sum()) / (CORRELATION_S * GRID_RATE)
-    return _Limb(misfit=misfit, count=independent, energy=energy)
+    return _LimbMisfit(misfit=misfit, count=independent, energy=energy)
 
 
 def _without_slow(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
@@ -282,7 +268,7 @@ def _without_slow(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
     return without_slow(filled, known[:, None], round(SLOW_S * GRID_RATE))[:, 0]
 
 
-def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float] | None:
+def _own_shift(limb: _LimbMisfit, shifts: FloatArray, best: int) -> tuple[float, float] | None:
     """A limb's own shift near the common one and its variance [s, s²]; None if undetermined."""
     reach = round(OWN_REACH_S * GRID_RATE)
     first, last = max(best - reach, FINE), min(best + reach + 1, len(shifts) - FINE)

@@ -28,7 +28,6 @@ from pose_calibration.inertial.imu_clock import (
 from pose_calibration.inertial.imu_motion import (
     TRACKER_LAG_STDDEV_S,
     ImuMemory,
-    ImuVertical,
     View,
     measure_imu_delay,
 )
@@ -193,7 +192,7 @@ class ClockTracker:
         self,
         begin_ns: int,
         views: Sequence[View],
-        verticals: Mapping[str, ImuVertical],
+        verticals: Mapping[str, Track],
         common: MeasuredOffset,
     ) -> None:
         """Update the clocks of single IMUs that differ from the common one."""

@@ -34,35 +34,24 @@ LONGEST = 4_000  # [samples] stored: a minute of two sensors
 UNKNOWN_CLOCK_NS = 200_000_000  # [ns] between stamps that arrive together; networks delay by less
 
 
-class SampleMemory:
+class SampleMemory(deque[SkeletonSample]):
     """The last samples of all sensors, in the order of their arrival, by their own clocks."""
-
-    def __init__(self) -> None:
-        self._samples: deque[SkeletonSample] = deque(maxlen=LONGEST)
-
-    def add(self, sample: SkeletonSample) -> None:
-        """Store a sample."""
-        self._samples.append(sample)
-
-    def clear(self) -> None:
-        """Drop all samples."""
-        self._samples.clear()
 
     @property
     def newest_ns(self) -> int:
         """The latest stamp [ns]; 0 if there is none."""
-        return max((sample.stamp_ns for sample in self._samples), default=0)
+        return max((sample.stamp_ns for sample in self), default=0)
 
     def by_sensor(self) -> dict[str, list[SkeletonSample]]:
         """Each sensor's samples."""
         by_sensor: dict[str, list[SkeletonSample]] = {}
-        for sample in self._samples:
+        for sample in self:
             by_sensor.setdefault(sample.sensor, []).append(sample)
         return by_sensor
 
     def aligned(self, aligner: TimeAligner, clocks: Clocks) -> list[AlignedFrame]:
         """All samples aligned at common instants by these clocks."""
-        corrected = [on_reference_clock(sample, clocks) for sample in self._samples]
+        corrected = [on_reference_clock(sample, clocks) for sample in self]
         corrected.sort(key=lambda sample: sample.stamp_ns)
         return [frame for sample in corrected for frame in aligner.add(sample)]
 
@@ -92,7 +81,7 @@ class Collection:
         self._parameters = parameters
         self._accelerometer, self._imu_memory = accelerometer, imu_memory
         self._counters = counters
-        self._memory = SampleMemory()
+        self._memory = SampleMemory(maxlen=LONGEST)
         self._attempt_at_s = parameters.minimum_duration
         self._refusal = ""
         self._newest_ns: dict[str, int] = {}  # stamp of each sensor's last sample, by its clock
@@ -130,7 +119,7 @@ class Collection:
                     "synchronise the clocks of their computers, or raise max_offset"
                 )
         return (
-            f"{self.calibrator.observed_s:.1f} s of common view, expected "
+            f"{self.calibrator.memory.observed_s:.1f} s of common view, expected "
             f"{self._parameters.minimum_duration:.1f} s or more"
         )
 
@@ -171,10 +160,10 @@ class Collection:
     def add(self, sample: SkeletonSample) -> Extrinsics | None:
         """Add a sample of the person; returns the calibration if it is solved anew."""
         self._note_clock(sample)
-        self._memory.add(sample)
+        self._memory.append(sample)
         for frame in self.aligner.add(on_reference_clock(sample, self._clocks)):
             self.calibrator.add(frame)
-        observed_s = self.calibrator.observed_s
+        observed_s = self.calibrator.memory.observed_s
         if observed_s < self._attempt_at_s:
             return None
         self._attempt_at_s = observed_s + ATTEMPT_EVERY_S

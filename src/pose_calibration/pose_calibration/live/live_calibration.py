@@ -3,16 +3,14 @@
 from collections.abc import Mapping, Sequence
 from enum import Enum
 
-from pose_calibration.clocks.clock_offset import ClockOffset
 from pose_calibration.floor.gravity import AccelerometerGravity
-from pose_calibration.inertial.imu_clock import ImuFindings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.live.collection import COUNTERS, Collection
 from pose_calibration.live.monitoring import Monitoring
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_calibration.live.watchdog import Moved
 from pose_calibration.people.calibration_person import CalibrationPerson
-from pose_core.api import Clocks, Extrinsics, FloatArray, ImuBlock, SkeletonSample
+from pose_core.api import Clocks, Extrinsics, SkeletonSample
 from pose_core.counters import Counters
 
 IMU_REACH_NS = 90_000_000_000  # [ns] duration of stored IMU samples
@@ -48,8 +46,8 @@ class LiveCalibration:
         self.state = CalibrationState.COLLECTING if known is None else CalibrationState.LOADED
         self.selector = CalibrationPerson(parameters.sensors, parameters.person)
         self._counters = Counters(*COUNTERS, "moves_noticed")
-        self._accelerometer = AccelerometerGravity()
-        self._imu_memory = ImuMemory(IMU_REACH_NS)
+        self.accelerometer = AccelerometerGravity()
+        self.imu_memory = ImuMemory(IMU_REACH_NS)
         self._begin()
         if known is not None:
             self._watch(known)
@@ -68,8 +66,8 @@ class LiveCalibration:
             self._watch(self.extrinsics)
 
     def _begin(self) -> None:
-        self._collection = Collection(
-            self.parameters, self._accelerometer, self._imu_memory, self._counters
+        self.collection = Collection(
+            self.parameters, self.accelerometer, self.imu_memory, self._counters
         )
         self._monitoring: Monitoring | None = None
 
@@ -81,7 +79,7 @@ class LiveCalibration:
     @property
     def progress(self) -> float:
         """Progress of the calibration, 0 to 1."""
-        return 1.0 if self.is_finished else self._collection.progress
+        return 1.0 if self.is_finished else self.collection.progress
 
     @property
     def missing(self) -> str:
@@ -89,18 +87,8 @@ class LiveCalibration:
         if self.is_finished:
             return ""
         if self.state is CalibrationState.CALIBRATED:
-            return self._collection.advice
-        return self._collection.waits_for
-
-    @property
-    def clock_offsets(self) -> Mapping[str, ClockOffset]:
-        """The last estimates of the clocks' offsets, by sensor."""
-        return self._collection.clock_offsets
-
-    @property
-    def imus(self) -> ImuFindings | None:
-        """The last estimates from body-worn IMUs."""
-        return self._collection.imus
+            return self.collection.advice
+        return self.collection.waits_for
 
     @property
     def moved(self) -> Moved | None:
@@ -110,29 +98,19 @@ class LiveCalibration:
     @property
     def displacement(self) -> Mapping[str, float]:
         """Displacement of each view from the others [m], since the calibration."""
-        return {} if self._monitoring is None else self._monitoring.displacement
-
-    @property
-    def common_view_s(self) -> float:
-        """Common view [s] collected so far."""
-        return self._collection.calibrator.observed_s
-
-    @property
-    def imu_segments(self) -> tuple[str, ...]:
-        """Segments whose IMU sends samples."""
-        return self._imu_memory.segments
+        return {} if self._monitoring is None else self._monitoring.watchdog.displacement
 
     @property
     def counts(self) -> dict[str, int]:
         """Counts of measurements, solutions and rejected samples by name."""
-        frames_with = self._collection.calibrator.frames_with.items()
+        frames_with = self.collection.calibrator.frames_with.items()
         return {
             **{f"frames_with/{sensor}": count for sensor, count in frames_with},
-            "accelerometer_readings": self._accelerometer.readings,
-            "accelerometer_left_out": self._accelerometer.left_out,
+            "accelerometer_readings": self.accelerometer.readings,
+            "accelerometer_left_out": self.accelerometer.left_out,
             **self._counters.as_dict(),
             **self.selector.counters.as_dict("person/"),
-            **self._collection.aligner.counters.as_dict("alignment/"),
+            **self.collection.aligner.counters.as_dict("alignment/"),
         }
 
     @property
@@ -152,14 +130,6 @@ class LiveCalibration:
         ]
         text = f"{self.state.value}: {', '.join(reached)}" if reached else self.state.value
         return f"{text}; {self.missing}" if self.missing else text
-
-    def add_acceleration(self, acceleration: FloatArray) -> None:
-        """Add a measurement of the reference's accelerometer, (3,) [m/s²] in its optical frame."""
-        self._accelerometer.add(acceleration)
-
-    def add_imus(self, block: ImuBlock) -> None:
-        """Add samples of body-worn IMUs."""
-        self._imu_memory.add(block)
 
     def take_clocks(self) -> Clocks | None:
         """The clocks, once after each change; None without a change."""
@@ -182,27 +152,27 @@ class LiveCalibration:
         if self.is_finished:
             self._monitor(sample)
             return None
-        found = self._collection.add(sample)
+        found = self.collection.add(sample)
         if found is None:
             return None
         self.extrinsics = found
         self.state = CalibrationState.CALIBRATED
-        if self._collection.is_complete:
+        if self.collection.is_complete:
             self.state = CalibrationState.REFINED
             self._watch(found)
         return found
 
     def _watch(self, extrinsics: Extrinsics) -> None:
-        self._collection.use_clocks(extrinsics.clocks)
+        self.collection.use_clocks(extrinsics.clocks)
         self.selector.use_extrinsics(extrinsics)
         if self.parameters.watch:
-            aligner, limit_s = self._collection.aligner, self.parameters.max_offset
+            aligner, limit_s = self.collection.aligner, self.parameters.max_offset
             self._monitoring = Monitoring(extrinsics, aligner, limit_s)
 
     def _monitor(self, sample: SkeletonSample) -> None:
         if self._monitoring is None:
             return
-        is_moved = self._monitoring.add(sample, self._imu_memory)
+        is_moved = self._monitoring.add(sample, self.imu_memory)
         self.extrinsics = self._monitoring.extrinsics
         if is_moved:
             self._counters.add("moves_noticed")

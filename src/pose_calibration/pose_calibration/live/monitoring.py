@@ -1,6 +1,5 @@
 """Monitoring after the calibration: drift of the clocks, and sensors that are moved."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 from pose_calibration.inertial.imu_motion import ImuMemory
@@ -32,13 +31,8 @@ class Monitoring:
         self.moved: Moved | None = None  # the last motion of a sensor that was detected
         self._aligner = aligner
         self._clock_tracker = ClockTracker(extrinsics, max_offset_s)
-        self._watchdog = Watchdog(extrinsics)
+        self.watchdog = Watchdog(extrinsics)
         self._new_clocks: Clocks | None = None
-
-    @property
-    def displacement(self) -> Mapping[str, float]:
-        """Displacement of each view from the others [m], by sensor."""
-        return self._watchdog.displacement
 
     def take_clocks(self) -> Clocks | None:
         """The clocks, once after each change; None without a change."""
@@ -57,5 +51,5 @@ class Monitoring:
             self.extrinsics = replace(self.extrinsics, clocks=self._new_clocks)
         before = self.moved
         for frame in self._aligner.add(on_reference_clock(sample, self.extrinsics.clocks)):
-            self.moved = self._watchdog.add(frame) or self.moved
+            self.moved = self.watchdog.add(frame) or self.moved
         return before is None and self.moved is not None

@@ -1,8 +1,7 @@
 """Choice of the person used for calibration: the one whose views in the sensors agree."""
 
-from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter, deque
+from collections.abc import Iterable, Sequence
 from operator import attrgetter
 
 from pose_calibration.people.view_matching import rough_places, views_of_sensor
@@ -18,20 +17,18 @@ MATCH_WITHIN_S = 40.0  # [s] longest such time: all frames are new by then
 Frame = Sequence[SkeletonSample]
 
 
-@dataclass(frozen=True, kw_only=True)
-class MatchedPeople:
-    """Persons identified across all sensors."""
-
-    tracker: PeopleTracker  # in the reference's frame, approximately
-    samples: Mapping[int, list[SkeletonSample]]  # by person; longest common view first
-
-
-def match_people(frames: Iterable[Frame], sensors: Sequence[str]) -> MatchedPeople:
+def match_people(
+    frames: Iterable[Frame], sensors: Sequence[str]
+) -> tuple[PeopleTracker, dict[int, list[SkeletonSample]]]:
     """Identify persons across sensors with unknown extrinsics.
 
     Args:
         frames: Frames of all sensors, each sensor's in the order of time.
         sensors: The sensors' names, the reference first.
+
+    Returns:
+        A tracker of them, in the reference's frame, approximately; and their samples by person, the
+        longest common view first.
     """
     by_sensor: dict[str, list[Frame]] = {name: [] for name in sensors}
     for frame in frames:
@@ -51,7 +48,7 @@ def match_people(frames: Iterable[Frame], sensors: Sequence[str]) -> MatchedPeop
     if len(sensors) > 1:
         persons = {number: ones for number, ones in persons.items() if _in_common(ones)}
     by_view = sorted(persons, key=lambda n: (_in_common(persons[n]), len(persons[n])), reverse=True)
-    return MatchedPeople(tracker=tracker, samples={number: persons[number] for number in by_view})
+    return tracker, {number: persons[number] for number in by_view}
 
 
 def with_id(frame: Frame, person: str) -> list[SkeletonSample]:
@@ -148,14 +145,14 @@ class CalibrationPerson:
             return []
         self._match_after_s = min(MATCH_AGAIN * self._match_after_s, MATCH_WITHIN_S)
         self._next_match_ns = stamp_ns + round(self._match_after_s * 1e9)
-        matched = match_people(self._held, self._sensors)
-        if not matched.samples:
+        tracker, samples = match_people(self._held, self._sensors)
+        if not samples:
             self.counters.add("not_matched")
             return []
         self.counters.add("matched")
-        self._tracker, self._number = matched.tracker, next(iter(matched.samples))
+        self._tracker, self._number = tracker, next(iter(samples))
         self._held.clear()
-        return sorted(matched.samples[self._number], key=attrgetter("stamp_ns"))
+        return sorted(samples[self._number], key=attrgetter("stamp_ns"))
 
     def _tracked(self, tracker: PeopleTracker, frame: Frame) -> list[SkeletonSample]:
         """The person's samples; after a long absence, another person's."""
@@ -168,8 +165,5 @@ class CalibrationPerson:
 
 def _in_common(samples: Sequence[SkeletonSample]) -> int:
     """Number of a sensor's frames with the person that another sensor has in common."""
-    counts: Mapping[str, int] = {
-        name: sum(sample.sensor == name for sample in samples)
-        for name in {sample.sensor for sample in samples}
-    }
-    return sum(counts.values()) - max(counts.values(), default=0)
+    counts = Counter(sample.sensor for sample in samples)
+    return len(samples) - max(counts.values(), default=0)

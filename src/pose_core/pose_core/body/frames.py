@@ -23,32 +23,25 @@ class BodyFrames:
     def __init__(self, model: BodyModel, body_id: str) -> None:
         links = model.link_names
         self.names = [link_frame(link, body_id) for link in model.links.values()]
-        source: list[int] = []
-        dof: list[int] = []
-        axis: list[FloatArray] = []
-        joints: list[int] = []
+        between: list[tuple[int, int, tuple[float, float, float], int]] = []
         for row, link in enumerate(model.links.values()):
             frames = chain_frames(link, body_id)
             at = row
             for index in range(len(frames) - 2, -1, -1):
                 turned = link.dof[index + 1]
-                source.append(at)
-                dof.append(model.dof_index[turned.name])
-                axis.append(np.array(turned.axis, float))
-                joints.append(0)
+                between.append((at, model.dof_index[turned.name], turned.axis, 0))
                 at = len(self.names)
                 self.names.append(frames[index])
         for joint in end_joints(model):
-            source.append(links.index(model.joints[joint].link))
-            dof.append(-1)
-            axis.append(np.zeros(3))
-            joints.append(JOINT_INDEX[joint])
+            link_row = links.index(model.joints[joint].link)
+            between.append((link_row, -1, (0.0, 0.0, 0.0), JOINT_INDEX[joint]))
             self.names.append(joint_frame(model, joint, body_id))
         self._place_all = type_specialised(compute_frame_poses_batch)
+        source, dof, axis, joints = zip(*between, strict=True)
         self._between = AuxiliaryFrames(
             source=np.array(source, np.int64),
             dof=np.array(dof, np.int64),
-            axis=np.array(axis).reshape(-1, 3),
+            axis=np.array(axis, float),
             joint=np.array(joints, np.int64),
         )
 

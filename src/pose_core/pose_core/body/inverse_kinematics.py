@@ -10,15 +10,11 @@ from scipy.spatial.transform import Rotation
 from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES
 from pose_core.kernels.rotations import logarithm
 
 STRAIGHT = np.radians(15.0)  # a straighter limb does not determine its axial rotation
-LIMBS = (
-    # upper joint, hinge, end, names of ball joint and hinge, sign of the hinge's bend along x
-    ("shoulder", "elbow", "hand", "shoulder", "elbow", 1.0),
-    ("hip", "knee", "foot", "hip", "knee", -1.0),
-)
+BENDS = {"elbow": 1.0, "knee": -1.0}  # sign of a hinge's bend along x
 
 
 def dof_from_positions(model: BodyModel, positions: FloatArray) -> FloatArray:
@@ -39,14 +35,12 @@ def dof_from_positions(model: BodyModel, positions: FloatArray) -> FloatArray:
     bones = {name: R_map_body.T @ positions[index] for name, index in JOINT_INDEX.items()}
     values = _neck_angles(bones["head"] - bones["neck"])
     for side in SIDES:
-        for upper, hinge, end, ball, hinge_name, bend in LIMBS:
-            first = bones[f"{side}_{hinge}"] - bones[f"{side}_{upper}"]
+        for ball, hinge, end in LIMB_JOINTS:
+            first = bones[f"{side}_{hinge}"] - bones[f"{side}_{ball}"]
             second = bones[f"{side}_{end}"] - bones[f"{side}_{hinge}"]
-            flexion, abduction, rotation, hinge_flexion = _limb_angles(side, first, second, bend)
-            values[f"{side}_{ball}_flexion"] = flexion
-            values[f"{side}_{ball}_abduction"] = abduction
-            values[f"{side}_{ball}_rotation"] = rotation
-            values[f"{side}_{hinge_name}_flexion"] = hinge_flexion
+            names = (f"{ball}_flexion", f"{ball}_abduction", f"{ball}_rotation", f"{hinge}_flexion")
+            angles = _limb_angles(side, first, second, BENDS[hinge])
+            values.update(zip((f"{side}_{name}" for name in names), angles, strict=True))
     for name, value in values.items():
         if name in model.dof_index and np.isfinite(value):
             dof[model.dof_index[name]] = value

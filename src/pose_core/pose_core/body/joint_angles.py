@@ -12,7 +12,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.body.trunk import trunk_axes
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES
 
 ANGLES: tuple[str, ...] = tuple(
     f"{side}_{angle}"
@@ -35,8 +35,6 @@ ABDUCTION_OF: dict[str, str] = {
 }
 """The abduction beyond which flexion is undefined, because the limb points sideways."""
 
-LIMBS = {"hip": ("hip", "knee", "foot", "knee"), "shoulder": ("shoulder", "elbow", "hand", "elbow")}
-
 
 def joint_angles(positions: FloatArray) -> dict[str, FloatArray]:
     """Compute the twelve angles of a series of skeletons.
@@ -54,14 +52,14 @@ def joint_angles(positions: FloatArray) -> dict[str, FloatArray]:
     angles: dict[str, FloatArray] = {}
     for side in SIDES:
         outward = 1.0 if side == "left" else -1.0
-        for joint, (top, middle, end, hinge) in LIMBS.items():
-            upper = joints[f"{side}_{middle}"] - joints[f"{side}_{top}"]
-            lower = joints[f"{side}_{end}"] - joints[f"{side}_{middle}"]
+        for ball, hinge, end in LIMB_JOINTS:
+            upper = joints[f"{side}_{hinge}"] - joints[f"{side}_{ball}"]
+            lower = joints[f"{side}_{end}"] - joints[f"{side}_{hinge}"]
             with np.errstate(invalid="ignore", divide="ignore"):
                 direction = np.einsum("nij,ni->nj", axes, upper / _norm(upper)[:, None])
             x, y, z = direction.T
-            angles[f"{side}_{joint}_flexion"] = np.arctan2(x, -z)
-            angles[f"{side}_{joint}_abduction"] = np.arcsin(np.clip(outward * y, -1.0, 1.0))
+            angles[f"{side}_{ball}_flexion"] = np.arctan2(x, -z)
+            angles[f"{side}_{ball}_abduction"] = np.arcsin(np.clip(outward * y, -1.0, 1.0))
             angles[f"{side}_{hinge}_flexion"] = _angle_between(upper, lower)
     return {name: angles[name] for name in ANGLES}
 

@@ -67,24 +67,16 @@ class SegmentTree:
 
     @cached_property
     def spine(self) -> tuple[int, ...]:
-        """Links above a joint of the spine."""
-        return tuple(
-            i
-            for i, link in enumerate(self.model.links.values())
-            if len(link.dof) == 3 and self._is_measured(link.name)
-        )
+        """Links above a joint of the spine: none of their joints has a direction."""
+        limbs = {place.link for place in self.model.joints.values() if place.direction is not None}
+        links = enumerate(self.model.links.values())
+        return tuple(i for i, link in links if len(link.dof) == 3 and link.name not in limbs)
 
     @cached_property
     def turning(self) -> tuple[int, ...]:
         """Links whose axial rotation the cameras hardly observe: upper arms, thighs, the head."""
-        return tuple(
-            i
-            for i, link in enumerate(self.model.links.values())
-            if len(link.dof) in (2, 3) and i not in self.spine
-        )
-
-    def _is_measured(self, link: str) -> bool:
-        return all(p.direction is None for p in self.model.joints.values() if p.link == link)
+        links = enumerate(self.model.links.values())
+        return tuple(i for i, link in links if len(link.dof) in (2, 3) and i not in self.spine)
 
     @cached_property
     def arrays(self) -> BodyArrays:

@@ -86,26 +86,18 @@ def estimate_body_shape(
     offsets = np.full((len(JOINTS), 3), np.nan)
     unseen: BodyShapeError | None = None
     for name in model.joints:
-        error = _measure(model, name, positions, upright, offsets)
-        if error is not None and not assume_unseen:
-            raise error
-        unseen = unseen or error
+        index = JOINT_INDEX[name]
+        try:
+            offsets[index] = _measured_offset(model, name, positions, upright)
+        except BodyShapeError as error:
+            if not assume_unseen:
+                raise
+            unseen = unseen or error
     offsets = _symmetric(offsets)
     measured = np.asarray(np.isfinite(offsets).all(axis=1))
     if unseen is not None and measured.sum() < MIN_MEASURED:
         raise unseen
     return _complete(model, offsets, measured)
-
-
-def _measure(
-    model: BodyModel, name: str, positions: FloatArray, upright: FloatArray, offsets: FloatArray
-) -> BodyShapeError | None:
-    """Fill in one joint's offset; returns why it is not known, if so."""
-    try:
-        offsets[JOINT_INDEX[name]] = _measured_offset(model, name, positions, upright)
-    except BodyShapeError as error:
-        return error
-    return None
 
 
 def _measured_offset(

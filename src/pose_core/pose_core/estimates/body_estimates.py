@@ -21,45 +21,38 @@ class Source(IntEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodyEstimate:
-    """One person's pose with its uncertainty and provenance; arrays over d degrees of freedom."""
+class _EstimateFields:
+    """A pose with its uncertainty and provenance; arrays over d degrees of freedom."""
 
-    stamp_ns: int  # [ns] instant of the estimate
-    newest_ns: int  # [ns] stamp of the newest sample of any source received by then
     dof_names: tuple[str, ...]
-    position: FloatArray  # (d,) [m] or [rad]
-    velocity: FloatArray  # (d,) [m/s] or [rad/s]
-    position_stddev: FloatArray  # (d,) [m] or [rad]
-    is_known: NDArray[np.bool_]  # (d,) whether the value is known; otherwise it is held
-    weight_kinect: FloatArray  # (d,) 0..1
-    weight_imu: FloatArray  # (d,) 0..1
-    source: NDArray[np.uint8]  # (d,), values of Source
-    joints: FloatArray  # (15, 3) [m] in map
-    fk_joints: FloatArray  # (15, 3) [m] in map, from the degrees of freedom, as in /tf
-    tracking_state: NDArray[np.uint8]  # (15,), of the estimate
+    position: FloatArray  # (..., d) [m] or [rad]
+    velocity: FloatArray  # (..., d) [m/s] or [rad/s]
+    position_stddev: FloatArray  # (..., d) [m] or [rad]
+    is_known: NDArray[np.bool_]  # (..., d) whether the value is known; otherwise it is held
+    weight_kinect: FloatArray  # (..., d) 0..1
+    weight_imu: FloatArray  # (..., d) 0..1
+    source: NDArray[np.uint8]  # (..., d), values of Source
+    joints: FloatArray  # (..., 15, 3) [m] in map
+    fk_joints: FloatArray  # (..., 15, 3) [m] in map, from the degrees of freedom, as in /tf
+    tracking_state: NDArray[np.uint8]  # (..., 15), of the estimate
     link_names: tuple[str, ...]
-    T_map_link: FloatArray  # (links, 4, 4), origin at the joint that the link rotates about
+    T_map_link: FloatArray  # (..., links, 4, 4), origin at the joint that the link rotates about
 
 
 @dataclass(frozen=True, kw_only=True)
-class EstimateBlock:
+class BodyEstimate(_EstimateFields):
+    """One person's pose at one instant, with its uncertainty and provenance."""
+
+    stamp_ns: int  # [ns] instant of the estimate
+    newest_ns: int  # [ns] stamp of the newest sample of any source received by then
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimateBlock(_EstimateFields):
     """n >= 1 estimates of one person, one for each row; see :class:`BodyEstimate`."""
 
     stamps_ns: NDArray[np.int64]  # (n,) [ns]
     newest_ns: NDArray[np.int64]  # (n,) [ns]
-    dof_names: tuple[str, ...]
-    position: FloatArray  # (n, d) [m] or [rad]
-    velocity: FloatArray  # (n, d) [m/s] or [rad/s]
-    position_stddev: FloatArray  # (n, d) [m] or [rad]
-    is_known: NDArray[np.bool_]  # (n, d)
-    weight_kinect: FloatArray  # (n, d) 0..1
-    weight_imu: FloatArray  # (n, d) 0..1
-    source: NDArray[np.uint8]  # (n, d), values of Source
-    joints: FloatArray  # (n, 15, 3) [m] in map
-    fk_joints: FloatArray  # (n, 15, 3) [m] in map
-    tracking_state: NDArray[np.uint8]  # (n, 15)
-    link_names: tuple[str, ...]
-    T_map_link: FloatArray  # (n, links, 4, 4)
 
     def __len__(self) -> int:
         return len(self.stamps_ns)

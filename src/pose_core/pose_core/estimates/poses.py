@@ -1,7 +1,7 @@
 """Poses of an estimator as arrays, before joint angles are extracted from them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -72,26 +72,20 @@ def block_of_poses(
             newest_ns=np.array(newest_ns, np.int64),
             states=PublishedState(*map(stacked, zip(*states, strict=True))),
         )
-    fused = [each.pose for each in poses if isinstance(each.pose, FusedPose)]
-    position = stacked([each.position for each in fused])
-    joints = stacked([each.joints for each in fused])
-    rotations = stacked([each.rotations for each in fused])
+    names = [field.name for field in fields(FusedPose)]
+    values = {name: stacked([vars(each.pose)[name] for each in poses]) for name in names}
+    rotations, variance = values.pop("rotations"), values.pop("variance")
+    position, joints = values["position"], values["joints"]
     return EstimateBlock(
         stamps_ns=stamps_ns,
         newest_ns=np.array(newest_ns, np.int64),
         dof_names=model.dof_names,
-        position=position,
-        velocity=stacked([each.velocity for each in fused]),
-        position_stddev=np.sqrt(stacked([each.variance for each in fused])),
+        position_stddev=np.sqrt(variance),
         is_known=np.ones(position.shape, np.bool_),
-        weight_kinect=stacked([each.weight_kinect for each in fused]),
-        weight_imu=stacked([each.weight_imu for each in fused]),
-        source=stacked([each.source for each in fused]),
-        joints=joints,
         fk_joints=joints,
-        tracking_state=stacked([each.tracking_state for each in fused]),
         link_names=model.link_names,
         T_map_link=link_transforms(position, rotations, joints, model.link_joints),
+        **values,
     )
 
 

@@ -16,7 +16,6 @@ from pose_core.estimators.registry import estimator_class
 from pose_core.fusion.output import StateOutput
 from pose_core.fusion.output_grid import has_output_rate
 from pose_core.imu.imu_history import ImuMeasurements
-from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.stamps import NS_PER_S
 
@@ -69,7 +68,7 @@ class EstimatorRunner:
         self._calibrations = kind.VARIANCE_CALIBRATION
         self._output: StateOutput | None = None
         self._shape: BodyShape | None = None
-        self._estimator: Estimator = NotStarted()
+        self.estimator: Estimator = NotStarted()
         self._sensor_to_segment: SensorsToSegments = {}
         self.tracker_delay_s = parameters.tracker_delay
         """Prior mean of the trackers' delays [s], for estimators that are made from now on."""
@@ -94,45 +93,30 @@ class EstimatorRunner:
             self._shape = observation.shape
             self._output = StateOutput(self._model, observation.shape, self._calibrations)
             parameters = replace(self._parameters, tracker_delay=self.tracker_delay_s)
-            self._estimator = self._make(self._model, observation.shape, parameters, self._counters)
-            self._estimator.use_sensor_to_segment(self._sensor_to_segment)
-        return self._estimator
+            self.estimator = self._make(self._model, observation.shape, parameters, self._counters)
+            self.estimator.use_sensor_to_segment(self._sensor_to_segment)
+        return self.estimator
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Use sensor-to-segment rotations of a calibration."""
         self._sensor_to_segment = alignments
-        self._estimator.use_sensor_to_segment(alignments)
-
-    @property
-    def sensor_to_segment(self) -> SensorsToSegments:
-        """Sensor-to-segment rotations of the aligned IMUs."""
-        return self._estimator.sensor_to_segment
+        self.estimator.use_sensor_to_segment(alignments)
 
     @property
     def tracker_delays_ns(self) -> dict[str, int]:
         """Delay of each sensor's tracker [ns], to subtract from its stamps."""
-        delays_s = self._by_sensor(self._estimator.tracker_delays_s)
+        delays_s = self._by_sensor(self.estimator.tracker_delays_s)
         return {sensor: round(delay_s * NS_PER_S) for sensor, delay_s in delays_s.items()}
 
     @property
     def tracker_delay_stddev_s(self) -> dict[str, float]:
         """Standard deviation of each tracker's delay [s]; empty if they are not estimated."""
-        return self._by_sensor(self._estimator.tracker_delay_stddev_s)
+        return self._by_sensor(self.estimator.tracker_delay_stddev_s)
 
     def _by_sensor(self, values: FloatArray | None) -> dict[str, float]:
         if values is None:
             return {}
         return dict(zip(self._parameters.sensors, values.tolist(), strict=True))
-
-    @property
-    def uses_imus(self) -> bool:
-        """Whether there is an estimator, and it takes IMUs' samples."""
-        return self._estimator.USES_IMUS
-
-    @property
-    def imu_uses(self) -> tuple[ImuUse, ...]:
-        """State of use of each IMU with samples."""
-        return self._estimator.imu_uses
 
     def predict(self, stamp_ns: int, newest_ns: int, imus: ImuMeasurements) -> None:
         """Predict the pose to a later instant; it waits for :meth:`take`. The estimator stays.
@@ -142,23 +126,18 @@ class EstimatorRunner:
             newest_ns: Stamp of the newest sample of any source [ns].
             imus: Samples of the IMUs at that instant, extrapolated by their gyroscopes.
         """
-        pose = self._estimator.predicted(stamp_ns, imus)
+        pose = self.estimator.predicted(stamp_ns, imus)
         if pose is not None:
             self._add(pose, newest_ns)
 
-    @property
-    def stamp_ns(self) -> int | None:
-        """Instant of the state from which poses are predicted [ns]; None without one."""
-        return self._estimator.stamp_ns
-
     def interpolate(self, stamps_ns: Sequence[int], newest_ns: int) -> None:
-        """Add poses at instants up to :attr:`stamp_ns`; they wait for :meth:`take`.
+        """Add poses at instants up to the estimator's; they wait for :meth:`take`.
 
         Args:
             stamps_ns: The instants [ns], after the observation before the last one.
             newest_ns: Stamp of the newest sample of any source [ns].
         """
-        for pose in self._estimator.interpolated(stamps_ns):
+        for pose in self.estimator.interpolated(stamps_ns):
             self._add(pose, newest_ns)
 
     def predict_one(
@@ -177,7 +156,7 @@ class EstimatorRunner:
         Args:
             newest_ns: Stamp of the newest sample of any source [ns].
         """
-        for pose in self._estimator.flush():
+        for pose in self.estimator.flush():
             self._add(pose, newest_ns)
 
     def take(self, least: int = 1) -> list[EstimateBlock]:

@@ -67,7 +67,7 @@ class FrameQueue:
     def __init__(self, aligner: TimeAligner | None, *, is_live: bool) -> None:
         self._aligner = aligner
         self._is_live = is_live
-        self._order: FrameOrder[AlignedFrame] = FrameOrder(is_live=is_live)
+        self.order: FrameOrder[AlignedFrame] = FrameOrder(is_live=is_live)
         self._camera_lag = CameraLag()
         self.ready: deque[AlignedFrame] = deque()
         """Frames to be estimated now."""
@@ -75,11 +75,6 @@ class FrameQueue:
         """Stamp of the first sample of any source [ns]."""
         self.newest_ns = 0
         """Stamp of the newest sample of any source [ns]."""
-
-    @property
-    def holds_frames(self) -> bool:
-        """Whether a frame waits for an earlier frame of another sensor."""
-        return self._order.holds
 
     def add_skeleton(self, sample: SkeletonSample) -> None:
         """Add one sensor's sample."""
@@ -89,7 +84,7 @@ class FrameQueue:
             return
         self._camera_lag.note_seen(sample.stamp_ns)
         frame = AlignedFrame(stamp_ns=sample.stamp_ns, samples={sample.sensor: sample})
-        for ready in self._order.add(sample.sensor, sample.stamp_ns, frame):
+        for ready in self.order.add(sample.sensor, sample.stamp_ns, frame):
             self._await(ready)
 
     def count_until_alone(self, stamps_ns: NDArray[np.int64]) -> int:
@@ -110,7 +105,7 @@ class FrameQueue:
         for instant_ns in instants_ns:
             self._camera_lag.note_frame(instant_ns)
             frame = AlignedFrame(stamp_ns=instant_ns, samples={})
-            for ready in self._order.insert(instant_ns, frame):
+            for ready in self.order.insert(instant_ns, frame):
                 self._await(ready)
         if self._is_live:
             self.release_all()
@@ -118,7 +113,7 @@ class FrameQueue:
 
     def release_all(self) -> None:
         """Release the frames that wait for earlier ones."""
-        for frame in self._order.flush():
+        for frame in self.order.flush():
             self._await(frame)
 
     def flush(self) -> None:

@@ -94,19 +94,19 @@ class Pipeline:
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples, by segment's name."""
-        uses = {use.segment: use for use in self._runner.imu_uses}
+        uses = {use.segment: use for use in self._runner.estimator.imu_uses}
         for name in self.imus.segments:
             use = uses.setdefault(name, self._unused(name))
             if name in self.imus.inverse:
                 use = uses[name] = ImuUse(segment=name, refused=INVERSE_ORIENTATION)
                 continue
-            fault = self.imus.rate_faults.get(name)
+            fault = self.imus.rates.faults.get(name)
             instead = "the orientation's change is used"
             rate = f"its angular velocity {fault}; {instead}" if fault else ""
             clock = self.clocks.get(ONE_IMU + name, Clock())
             is_apart = clock.offset_ns != 0
             shift = f"its clock is {_ahead(clock)} the others': corrected" if is_apart else ""
-            span_ns = self._preprocessor.first_ns, self.newest_ns
+            span_ns = self._preprocessor.frames.first_ns, self.newest_ns
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
             use.remark = "; ".join(filter(None, (rate, shift, silence)))
         return tuple(uses[name] for name in sorted(self.imus.segments))
@@ -114,7 +114,7 @@ class Pipeline:
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
         """Sensor-to-segment rotations of the aligned IMUs."""
-        return self._runner.sensor_to_segment
+        return self._runner.estimator.sensor_to_segment
 
     @property
     def tracker_delays_s(self) -> Mapping[str, tuple[float, float]]:
@@ -126,12 +126,12 @@ class Pipeline:
     @property
     def newest_ns(self) -> int:
         """Stamp of the newest sample of any source [ns]."""
-        return self._preprocessor.newest_ns
+        return self._preprocessor.frames.newest_ns
 
     @property
     def silent_imus(self) -> tuple[str, ...]:
         """Segments whose IMU has stopped sending while another source still sends."""
-        return self.imus.silent(self._preprocessor.newest_ns)
+        return self.imus.silent(self.newest_ns)
 
     def _unused(self, segment: str) -> ImuUse:
         """State of an IMU that the estimator has not received."""
@@ -139,7 +139,7 @@ class Pipeline:
             return ImuUse(segment=segment, refused="use_imus is false: set it to true")
         if self.counters["estimates"] == 0:
             return ImuUse(segment=segment, refused="no pose yet: the cameras must see the person")
-        if self._runner.uses_imus:
+        if self._runner.estimator.USES_IMUS:
             return ImuUse(segment=segment, refused="no usable sample at any frame: see its stamps")
         name = self.parameters.estimator
         return ImuUse(segment=segment, refused=f"the estimator {name} uses no IMUs: use default")
@@ -157,7 +157,7 @@ class Pipeline:
     @property
     def holds_frames(self) -> bool:
         """Whether a frame waits for an earlier frame of another sensor."""
-        return self._preprocessor.holds_frames
+        return self._preprocessor.frames.order.holds
 
     def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on.
@@ -206,7 +206,7 @@ class Pipeline:
     def flush(self) -> list[BodyEstimate]:
         """Process everything that is left, after the end of the streams."""
         estimates = self._estimated(self._preprocessor.flush())
-        newest_ns = self._preprocessor.newest_ns
+        newest_ns = self.newest_ns
         if self._grid is not None and not self._is_live:
             self._publish_before(newest_ns + 1, longest_gap_ns=0)
         self._runner.flush(newest_ns)
@@ -248,7 +248,7 @@ class Pipeline:
         Returns:
             None if there is no pose at this instant.
         """
-        imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self._preprocessor.newest_ns
+        imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self.newest_ns
         return self._runner.predict_one(stamp_ns, newest_ns, imus)
 
     def _estimated(self, observations: Iterable[Observation]) -> list[BodyEstimate]:
@@ -272,16 +272,16 @@ class Pipeline:
             longest_gap_ns: Time between the observations up to which it is no gap [ns].
         """
         assert self._grid is not None
-        last_ns = self._runner.stamp_ns
+        last_ns = self._runner.estimator.stamp_ns
         if last_ns is not None and stamp_ns > last_ns:
             instants_ns = tuple(self._grid.before(last_ns + 1))
-            self._runner.interpolate(instants_ns, self._preprocessor.newest_ns)
+            self._runner.interpolate(instants_ns, self.newest_ns)
         if last_ns is None or stamp_ns > last_ns + longest_gap_ns:
             for instant_ns in self._grid.before(stamp_ns):
                 self._predict(instant_ns)
 
     def _predict(self, stamp_ns: int) -> None:
-        imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self._preprocessor.newest_ns
+        imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self.newest_ns
         self._runner.predict(stamp_ns, newest_ns, imus)
 
 

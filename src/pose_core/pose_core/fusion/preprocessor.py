@@ -3,7 +3,7 @@
 The only feedback from the estimator are the delays of the trackers.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from pose_core.estimators.registry import estimator_class
 from pose_core.fusion import sample_buffer
 from pose_core.fusion.frame_queue import FrameQueue
 from pose_core.fusion.sample_buffer import SampleBuffer
-from pose_core.fusion.sensor_frames import SensorFrame, SensorsInMap
+from pose_core.fusion.sensor_frames import SensorsInMap
 from pose_core.imu.imu_history import NO_MEASUREMENTS, ImuMeasurements
 from pose_core.imu.imu_set import ImuSet
 from pose_core.session.extrinsics import Extrinsics
@@ -29,7 +29,7 @@ from pose_core.streams.clocks import (
     on_reference_clock,
 )
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
-from pose_core.streams.time_alignment import TimeAligner
+from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 
 COUNTERS = (
     "skeletons",
@@ -84,7 +84,7 @@ class Preprocessor:
         self.imus = ImuSet()
         self._sensors = SensorsInMap(parameters.sensors, None)
         self._measurement = BodyMeasurement(model, parameters.shape_duration)
-        self._frames = FrameQueue(
+        self.frames = FrameQueue(
             self.aligner if self._needs_aligned_frames else None, is_live=is_live
         )
         self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(counters)
@@ -102,19 +102,9 @@ class Preprocessor:
         if self.shape is None and body is not None and body.model == self.model.name:
             self.shape = body.shape
         while self._waiting:
-            sample = self._waiting.popleft()
-            if isinstance(sample, SkeletonSample):
-                self._take_skeleton(sample)
-                self._measure_past()
-                continue
-            for part in self._imu_parts(sample):
-                self._take_imus(part)
-                self._measure_past()
-
-    def _measure_past(self) -> None:
-        for frame in self._ready_frames():
-            if self.shape is None:
-                self._measure(frame)
+            for frame in self._frames_of(self._waiting.popleft()):
+                if self.shape is None:
+                    self._measure(frame)
 
     @property
     def status(self) -> str:
@@ -122,21 +112,6 @@ class Preprocessor:
         if self.extrinsics is None:
             return "waiting for extrinsics"
         return self._measurement.status if self.shape is None else "tracking"
-
-    @property
-    def newest_ns(self) -> int:
-        """Stamp of the newest sample of any source [ns]."""
-        return self._frames.newest_ns
-
-    @property
-    def first_ns(self) -> int:
-        """Stamp of the first sample of any source [ns]."""
-        return self._frames.first_ns
-
-    @property
-    def holds_frames(self) -> bool:
-        """Whether a frame waits for an earlier frame of another sensor."""
-        return self._frames.holds_frames
 
     def add(self, samples: SkeletonSample | ImuSample | ImuBlock) -> Iterator[Observation]:
         """Add one person's joints from one sensor, or IMU samples.
@@ -155,8 +130,7 @@ class Preprocessor:
             self.counters.add("skeletons_before_extrinsics")
             self._waiting.add(sample)
             return
-        self._take_skeleton(sample)
-        yield from self._release()
+        yield from self._observations(self._frames_of(sample))
 
     def _add_imu(self, block: ImuBlock) -> Iterator[Observation]:
         self.counters.add("imu_samples", len(block))
@@ -170,19 +144,17 @@ class Preprocessor:
         if self.extrinsics is None:
             self._waiting.add(block)
             return
-        for part in self._imu_parts(block):
-            self._take_imus(part)
-            yield from self._release()
+        yield from self._observations(self._frames_of(block))
 
     def release_held(self) -> Iterator[Observation]:
         """Process frames that wait for earlier ones: a live caller waits no longer."""
-        self._frames.release_all()
-        yield from self._release()
+        self.frames.release_all()
+        return self._observations(self._ready_frames())
 
     def flush(self) -> Iterator[Observation]:
         """Process everything that is left, after the end of the streams."""
-        self._frames.flush()
-        yield from self._release(everything=True)
+        self.frames.flush()
+        return self._observations(self._ready_frames(everything=True))
 
     def imus_at(self, stamp_ns: int) -> ImuMeasurements:
         """The IMUs' states at an instant [ns]."""
@@ -190,14 +162,12 @@ class Preprocessor:
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
         sample = on_reference_clock(sample, self.clocks)
-        if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
+        placed = () if self.extrinsics is None else self.extrinsics.sensors
+        if sample.sensor not in self.parameters.sensors or sample.sensor not in placed:
             self.counters.add("skeletons_of_unknown_sensors")
             return
         delay_ns = self.tracker_delays_ns.get(sample.sensor, 0)
-        self._frames.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns - delay_ns))
-
-    def _is_placed(self, sensor: str) -> bool:
-        return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
+        self.frames.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns - delay_ns))
 
     def _imu_parts(self, block: ImuBlock) -> Iterator[ImuBlock]:
         """Samples on the reference clock, divided where they give a frame by themselves.
@@ -208,46 +178,58 @@ class Preprocessor:
         block = block_on_reference_clock(block, self.clocks)
         start = 0
         while start < len(block):
-            stop = start + self._frames.count_until_alone(block.stamps_ns[start:])
+            stop = start + self.frames.count_until_alone(block.stamps_ns[start:])
             yield block.rows(slice(start, stop)) if stop - start < len(block) else block
             start = stop
 
     def _take_imus(self, block: ImuBlock) -> None:
         self.counters.add("imu_samples_out_of_order", self.imus.add(block))
-        self.counters.add("frames_of_imus_alone", self._frames.add_imus(block.stamps_ns))
+        self.counters.add("frames_of_imus_alone", self.frames.add_imus(block.stamps_ns))
 
-    def _release(self, everything: bool = False) -> Iterator[Observation]:
-        """Observations of the ready frames; none of those that measure the body."""
-        for frame in self._ready_frames(everything):
+    def _frames_of(self, samples: SkeletonSample | ImuBlock) -> Iterator[AlignedFrame]:
+        """Take samples, part by part; yield the frames that each part makes ready."""
+        if isinstance(samples, SkeletonSample):
+            self._take_skeleton(samples)
+            yield from self._ready_frames()
+        else:
+            for part in self._imu_parts(samples):
+                self._take_imus(part)
+                yield from self._ready_frames()
+
+    def _observations(self, frames: Iterable[AlignedFrame]) -> Iterator[Observation]:
+        """Observations of frames; none of those that measure the body."""
+        for frame in frames:
             if self.shape is None:
                 self._measure(frame)
             else:
                 yield self._observation(frame, self.shape)
 
-    def _ready_frames(self, everything: bool = False) -> Iterator[SensorFrame]:
+    def _ready_frames(self, everything: bool = False) -> Iterator[AlignedFrame]:
         """Frames whose IMU samples have arrived or are not waited for."""
-        ready = self._frames.ready
+        ready = self.frames.ready
         while ready and (everything or self._is_ready(ready[0].stamp_ns)):
             self.counters.add("frames")
-            yield self._sensors.transform(ready.popleft())
+            yield ready.popleft()
 
     def _is_ready(self, stamp_ns: int) -> bool:
         if not (self._needs_aligned_frames and self._uses_imus):
             return True
-        waited_ns = self._frames.newest_ns - stamp_ns
-        return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
+        waited_ns = self.frames.newest_ns - stamp_ns
+        is_over = waited_ns > self.parameters.imu_wait * NS_PER_S
+        return is_over or self.imus.history.have_reached(stamp_ns)
 
-    def _measure(self, frame: SensorFrame) -> None:
+    def _measure(self, frame: AlignedFrame) -> None:
         self.counters.add("frames_measuring_the_body")
-        self.shape = self._measurement.add(frame.stamp_ns, frame.positions, frame.tracking_state)
+        self.shape = self._measurement.add(frame.stamp_ns, *self._sensors.transform(frame))
 
-    def _observation(self, frame: SensorFrame, shape: BodyShape) -> Observation:
+    def _observation(self, frame: AlignedFrame, shape: BodyShape) -> Observation:
+        positions, tracking_state = self._sensors.transform(frame)
         return Observation(
             stamp_ns=frame.stamp_ns,
-            newest_ns=self._frames.newest_ns,
+            newest_ns=self.frames.newest_ns,
             shape=shape,
-            positions=frame.positions,
-            tracking_state=frame.tracking_state,
+            positions=positions,
+            tracking_state=tracking_state,
             cameras=self._sensors.places,
             imus=self.imus_at(frame.stamp_ns),
         )

@@ -1,7 +1,6 @@
 """Frames of the sensors, transformed to map."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +11,6 @@ from pose_core.kernels.camera_geometry import transform_to_map
 from pose_core.kernels.compiling import type_specialised
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.time_alignment import AlignedFrame
-
-
-@dataclass(frozen=True, kw_only=True)
-class SensorFrame:
-    """Joints of all sensors at one instant, in map."""
-
-    stamp_ns: int  # [ns]
-    positions: FloatArray  # (sensors, 15, 3) [m]; NaN where not observed
-    tracking_state: NDArray[np.uint8]  # (sensors, 15)
 
 
 class SensorsInMap:
@@ -41,8 +31,13 @@ class SensorsInMap:
         self.places: FloatArray = np.ascontiguousarray(self._T_map_sensor[:, :3, 3])
         """Positions of the sensors in map, (sensors, 3) [m]; NaN if unknown."""
 
-    def transform(self, frame: AlignedFrame) -> SensorFrame:
-        """Transform a frame, of some sensors or of none, to map."""
+    def transform(self, frame: AlignedFrame) -> tuple[FloatArray, NDArray[np.uint8]]:
+        """Transform a frame, of some sensors or of none, to map.
+
+        Returns:
+            Positions of all joints, (sensors, 15, 3) [m], NaN where not observed; and their states,
+            (sensors, 15).
+        """
         count = len(self._index)
         positions = np.empty((count, len(JOINTS), 3))
         positions.fill(np.nan)
@@ -56,8 +51,4 @@ class SensorsInMap:
                 positions[index],
                 state[index],
             )
-        return SensorFrame(
-            stamp_ns=frame.stamp_ns,
-            positions=positions,
-            tracking_state=state,
-        )
+        return positions, state

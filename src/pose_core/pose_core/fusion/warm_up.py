@@ -20,9 +20,10 @@ from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.kernels.compiling import announce_compilation
-from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
+from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.streams.samples import ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import AlignedFrame
+from pose_core.transforms import rigid_transform
 
 PLACES = {"left": (3.0, 0.0, 1.0), "right": (0.0, 3.0, 1.0)}  # [m] of the sensors, not rotated
 PERIOD_NS = 33_333_333
@@ -59,7 +60,8 @@ def run_once(
     # Estimators of a single sensor need its name among the sensors.
     sensors = tuple(PLACES)
     parameters = PipelineParameters(estimator=estimator, sensors=sensors, output_rate=0.0)
-    in_map = SensorsInMap(sensors, _extrinsics())
+    poses = {sensor: rigid_transform(np.eye(3), place) for sensor, place in PLACES.items()}
+    in_map = SensorsInMap(sensors, extrinsics_from_map(poses))
     counters = Counters(*runner_counters(parameters))
     runner = EstimatorRunner(model, parameters, counters, make)
     segment = next(iter(model.segments))
@@ -69,7 +71,14 @@ def run_once(
     example: EstimateBlock | None = None
     for frame in range(1, FRAMES + 1):
         stamp_ns = frame * PERIOD_NS
-        imus.add(block_of(_imu_sample(segment, stamp_ns)))
+        imu_sample = ImuSample(
+            stamp_ns=stamp_ns,
+            segment=segment,
+            orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+            orientation_stddev=np.full(3, 0.05),
+            angular_velocity=np.zeros(3),
+        )
+        imus.add(block_of(imu_sample))
         runner.process(_observation(in_map, shape, stamp_ns, imus.read(stamp_ns)))
         for block in runner.take():
             example = block
@@ -80,23 +89,6 @@ def run_once(
     runner.predict(stamp_ns, stamp_ns, imus.read(stamp_ns))
     runner.flush(stamp_ns)
     return next(iter(runner.take()), example)
-
-
-def _extrinsics() -> Extrinsics:
-    T_map_sensor = {sensor: np.eye(4) for sensor in PLACES}
-    for sensor, place in PLACES.items():
-        T_map_sensor[sensor][:3, 3] = place
-    return extrinsics_from_map(T_map_sensor)
-
-
-def _imu_sample(segment: str, stamp_ns: int) -> ImuSample:
-    return ImuSample(
-        stamp_ns=stamp_ns,
-        segment=segment,
-        orientation=np.array([0.0, 0.0, 0.0, 1.0]),
-        orientation_stddev=np.full(3, 0.05),
-        angular_velocity=np.zeros(3),
-    )
 
 
 def _observation(
@@ -112,13 +104,13 @@ def _observation(
         )
         for sensor in PLACES
     }
-    seen = sensors.transform(AlignedFrame(stamp_ns=stamp_ns, samples=samples))
+    positions, tracking_state = sensors.transform(AlignedFrame(stamp_ns=stamp_ns, samples=samples))
     return Observation(
         stamp_ns=stamp_ns,
         newest_ns=stamp_ns,
         shape=shape,
-        positions=seen.positions,
-        tracking_state=seen.tracking_state,
+        positions=positions,
+        tracking_state=tracking_state,
         cameras=sensors.places,
         imus=imus,
     )

@@ -77,7 +77,7 @@ _WORDS = {
 }
 
 
-class _Memory(NamedTuple):
+class _RateMemory(NamedTuple):
     """What is known of each IMU, from sample to sample."""
 
     stamp_ns: NDArray[np.int64]  # (imus,) of the last sample; 0: none
@@ -163,37 +163,23 @@ class AngularVelocityCheck:
         return replace(block, angular_velocity=rate)
 
 
-def _make_memory(imus: int) -> _Memory:
-    vectors = {
-        name: np.zeros((imus, 3))
-        for name in [
-            "given",
-            "change",
-            "turn",
-            "given_turn",
-            "world_turn",
-            "since",
-            "error",
-            "power",
-        ]
-    }
-    numbers = {
-        name: np.zeros(imus) for name in ("held_s", "window_s", "windows", "given_power", "missing")
-    }
-    return _Memory(
+def _make_memory(imus: int) -> _RateMemory:
+    by_axis = ("given", "change", "turn", "given_turn", "world_turn", "since", "error", "power")
+    numbers = ("held_s", "window_s", "windows", "given_power", "missing")
+    return _RateMemory(
         stamp_ns=np.zeros(imus, np.int64),
         orientation=np.zeros((imus, 4)),
         measured=np.zeros(imus, np.int64),
         fault=np.zeros(imus, np.int64),
         products=np.zeros((imus, 2, 3, 3)),
-        **vectors,
-        **numbers,
+        **{name: np.zeros((imus, 3)) for name in by_axis},
+        **{name: np.zeros(imus) for name in numbers},
     )
 
 
 @compiled_in_place
 def check_rates(
-    memory: _Memory,
+    memory: _RateMemory,
     imu: NDArray[np.int64],
     stamps_ns: NDArray[np.int64],
     orientation: FloatArray,
@@ -238,7 +224,7 @@ def check_rates(
 
 
 @compiled_in_place
-def _begin_window(memory: _Memory, i: int) -> None:
+def _begin_window(memory: _RateMemory, i: int) -> None:
     memory.window_s[i] = 0.0
     memory.turn[i] = 0.0
     memory.given_turn[i] = 0.0
@@ -246,7 +232,7 @@ def _begin_window(memory: _Memory, i: int) -> None:
 
 
 @compiled_in_place
-def _anchor(memory: _Memory, i: int, orientation: FloatArray) -> None:
+def _anchor(memory: _RateMemory, i: int, orientation: FloatArray) -> None:
     """From here on the orientation's next change counts."""
     memory.held_s[i] = 0.0
     memory.since[i] = 0.0
@@ -255,7 +241,7 @@ def _anchor(memory: _Memory, i: int, orientation: FloatArray) -> None:
 
 
 @compiled_in_place
-def _add_turn(memory: _Memory, i: int, after: FloatArray) -> None:
+def _add_turn(memory: _RateMemory, i: int, after: FloatArray) -> None:
     """Add a step's turn to the window; a leap of the orientation begins a new one."""
     before, step_s = memory.orientation[i], memory.held_s[i]
     back = (-before[0], -before[1], -before[2], before[3])
@@ -280,7 +266,7 @@ def _add_turn(memory: _Memory, i: int, after: FloatArray) -> None:
 
 
 @compiled_in_place
-def _judge(memory: _Memory, i: int) -> None:
+def _judge(memory: _RateMemory, i: int) -> None:
     """Add a window to the evidence, relative to its larger turn, and judge all of it."""
     power = given_power = 0.0
     for axis in range(3):

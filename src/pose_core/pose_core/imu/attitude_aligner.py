@@ -58,7 +58,7 @@ class AttitudeAligner:
         if before_ns is None or stamp_ns <= before_ns:
             return
         dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
-        for segment, imu in imus.items():
+        for row, segment in enumerate(imus.segments):
             use = self._uses.setdefault(segment, ImuUse(segment=segment))
             link = self._model.segments.get(segment)
             use.is_known = link is not None
@@ -67,7 +67,8 @@ class AttitudeAligner:
             R = R_map_links[self._model.link_names.index(link)]
             covariance = R @ np.diag(np.square([AXIS_STDDEV, AXIS_STDDEV, TURN_STDDEV])) @ R.T
             own = self._alignments.setdefault(segment, SegmentAlignment(AlignmentTuning()))
-            own.observe(dt_s, imu.R_world_sensor, R, covariance, imu.angular_velocity)
+            rate = imus.angular_velocity[row]
+            own.observe(dt_s, imus.R_world_sensor[row], R, covariance, rate)
         if stamp_ns - self._solved_ns >= SOLVE_PERIOD_NS:
             self._solved_ns = stamp_ns
             for segment, own in self._alignments.items():
@@ -88,13 +89,11 @@ class AttitudeAligner:
         """Attitudes ``R_map_segment`` of the segments by the aligned IMUs, (3, 3)."""
         attitudes = {}
         self._instants += 1
-        for segment, imu in imus.items():
-            if segment not in self._uses:
-                continue
+        for row, segment in enumerate(imus.segments):
             found = self._found.get(segment)
             if found is not None:
                 self._uses[segment].used += 1
                 R_z = np.empty((3, 3))
                 exponential(0.0, 0.0, found.heading, R_z)
-                attitudes[segment] = R_z @ imu.R_world_sensor @ found.R_sensor_link
+                attitudes[segment] = R_z @ imus.R_world_sensor[row] @ found.R_sensor_link
         return attitudes

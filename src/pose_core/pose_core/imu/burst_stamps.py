@@ -25,7 +25,7 @@ CATCH_UP = 0.003  # [-] of its distance from the arrival by which a sampling tim
 LONGEST_DELAY_NS = 100e6  # [ns] of a sample in a burst
 
 
-class _Memory(NamedTuple):
+class _BurstMemory(NamedTuple):
     """Memory of each IMU, from sample to sample."""
 
     arrival_ns: NDArray[np.int64]  # (imus,) stamp of the last sample as it came; 0: none
@@ -53,8 +53,8 @@ class BurstStamps:
         return replace(block, stamps_ns=stamps_ns)
 
 
-def _make_memory(imus: int) -> _Memory:
-    return _Memory(
+def _make_memory(imus: int) -> _BurstMemory:
+    return _BurstMemory(
         arrival_ns=np.zeros(imus, np.int64),
         sampled_ns=np.zeros(imus),
         begin_ns=np.zeros(imus, np.int64),
@@ -65,7 +65,9 @@ def _make_memory(imus: int) -> _Memory:
 
 
 @compiled_in_place
-def restore_stamps(memory: _Memory, imu: NDArray[np.int64], stamps_ns: NDArray[np.int64]) -> bool:
+def restore_stamps(
+    memory: _BurstMemory, imu: NDArray[np.int64], stamps_ns: NDArray[np.int64]
+) -> bool:
     """Restore stamps one after the other; whether any has changed.
 
     Args:

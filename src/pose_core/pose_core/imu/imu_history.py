@@ -1,12 +1,13 @@
 """Recent samples of all IMUs, and interpolation of their orientations."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.imu.imu_rows import rows_of_block
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.imu_rings import (
     MAX_GAP_NS,
@@ -21,56 +22,20 @@ ALIVE_NS = 200_000_000  # an IMU that is silent for longer is not waited for
 SAMPLES = 512  # stored for each IMU: half a second of the fastest
 
 
-@dataclass(frozen=True, kw_only=True)
-class ImuMeasurement:
-    """An IMU's orientation and angular velocity at an instant, interpolated."""
-
-    R_world_sensor: FloatArray  # (3, 3)
-    angular_velocity: FloatArray  # (3,) [rad/s] in the sensor's frame
-    stddev: FloatArray  # (3,) [rad] about the axes of its reference frame
-    age_s: float = 0.0  # [s] for which it is extrapolated by the gyroscope
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ImuMeasurements(Mapping[str, ImuMeasurement]):
-    """Measurements of several IMUs at one instant, one for each row; also by segment."""
+class ImuMeasurements:
+    """Measurements of several IMUs at one instant, interpolated, one for each row."""
 
     segments: tuple[str, ...]
     R_world_sensor: FloatArray  # (n, 3, 3)
     angular_velocity: FloatArray  # (n, 3) [rad/s] in the sensors' frames
     stddev: FloatArray  # (n, 3) [rad] about the axes of their reference frames
-    age_s: FloatArray  # (n,) [s]
+    age_s: FloatArray  # (n,) [s] for which each is extrapolated by the gyroscope
     slips: Mapping[str, int] = field(default_factory=dict)  # so far, of those that have slipped
     replaced_rates: frozenset[str] = frozenset()  # whose rates are the orientation's change
 
-    def __getitem__(self, segment: str) -> ImuMeasurement:
-        if segment not in self.segments:
-            raise KeyError(segment)
-        row = self.segments.index(segment)
-        return ImuMeasurement(
-            R_world_sensor=self.R_world_sensor[row],
-            angular_velocity=self.angular_velocity[row],
-            stddev=self.stddev[row],
-            age_s=float(self.age_s[row]),
-        )
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.segments)
-
     def __len__(self) -> int:
         return len(self.segments)
-
-
-def measurements_of(imus: Mapping[str, ImuMeasurement]) -> ImuMeasurements:
-    """Stack measurements of single IMUs, by segment."""
-    each = list(imus.values())
-    return ImuMeasurements(
-        segments=tuple(imus),
-        R_world_sensor=np.array([one.R_world_sensor for one in each]).reshape(-1, 3, 3),
-        angular_velocity=np.array([one.angular_velocity for one in each]).reshape(-1, 3),
-        stddev=np.array([one.stddev for one in each]).reshape(-1, 3),
-        age_s=np.array([one.age_s for one in each], float),
-    )
 
 
 class ImuHistory:
@@ -81,22 +46,20 @@ class ImuHistory:
 
     def __init__(self) -> None:
         self.segments: list[str] = []
-        self._append_samples, self._read = (
-            type_specialised(append_samples),
-            type_specialised(read_states),
-        )
+        self._append_samples = type_specialised(append_samples)
+        self._read = type_specialised(read_states)
         self._have_reached = type_specialised(have_reached)
         self._rings = _make_rings(0)
-        self.gaps_ns: dict[
-            str, int
-        ] = {}  # [ns] gaps of the last block that are too long to interpolate
-        self._ring_rows: dict[tuple[str, ...], NDArray[np.int64]] = {}
+        self.gaps_ns: dict[str, int] = {}
+        """Gaps of the last block that are too long to interpolate [ns]."""
         self._order = np.zeros(0, np.int64)  # of the rings, by their segments' names
         self._ordered: tuple[str, ...] = ()
 
     def add(self, block: ImuBlock) -> int:
         """Store samples; return how many were rejected because their IMU has newer ones."""
-        imus = self._rings_of(block.segments)[block.imu]
+        self._rings, imus = rows_of_block(block, self.segments, self._rings, _make_rings)
+        if len(self._ordered) < len(self.segments):
+            self._order, self._ordered = np.argsort(self.segments), tuple(sorted(self.segments))
         gap_ns = np.zeros(len(self.segments), np.int64)
         rejected = self._append_samples(
             self._rings,
@@ -145,22 +108,6 @@ class ImuHistory:
         )
         return imus if known_count == count else _rows(imus, np.flatnonzero(known))
 
-    def _rings_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
-        """Index of each IMU's ring buffer."""
-        known = self._ring_rows.get(segments)
-        if known is None:
-            new = [name for name in segments if name not in self.segments]
-            if new:
-                self.segments += new
-                added = _make_rings(len(new))
-                pairs = zip(self._rings, added, strict=True)
-                self._rings = ImuRings(*(np.concatenate(pair) for pair in pairs))
-                self._order = np.argsort(self.segments)
-                self._ordered = tuple(sorted(self.segments))
-            known = np.array([self.segments.index(name) for name in segments], np.int64)
-            self._ring_rows[segments] = known
-        return known
-
 
 def _rows(imus: ImuMeasurements, chosen: NDArray[np.intp]) -> ImuMeasurements:
     return ImuMeasurements(
@@ -183,5 +130,11 @@ def _make_rings(imus: int) -> ImuRings:
     )
 
 
-NO_MEASUREMENTS = measurements_of({})
+NO_MEASUREMENTS = ImuMeasurements(
+    segments=(),
+    R_world_sensor=np.zeros((0, 3, 3)),
+    angular_velocity=np.zeros((0, 3)),
+    stddev=np.zeros((0, 3)),
+    age_s=np.zeros(0),
+)
 """States of no IMUs."""

@@ -22,17 +22,18 @@ class ImuSet:
     """The IMUs of one body, each with orientations in its own reference frame."""
 
     def __init__(self) -> None:
-        self._history = ImuHistory()
+        self.history = ImuHistory()
         self._bursts = BurstStamps()
-        self._rates = AngularVelocityCheck()
-        self._check = OrientationCheck()
+        self.rates = AngularVelocityCheck()
+        self.orientations = OrientationCheck()
         self._known_at: int | None = None  # [ns] the instant of ``_known``
         self._known = NO_MEASUREMENTS
         self._slips: Mapping[str, int] = {}
         self._first_ns: dict[str, int] = {}  # [ns] stamp of each IMU's first sample
         self._silences: dict[str, list[tuple[int, int]]] = {}  # [ns] begin and end of each
         self._replaced: frozenset[str] = frozenset()
-        self._inverse: frozenset[str] = frozenset()
+        self.inverse: frozenset[str] = frozenset()
+        """Segments whose IMU's orientations are the inverse, or in another order; not used."""
         self.counters = Counters(
             "imu_gaps",
             "imu_readings_missing",
@@ -44,33 +45,13 @@ class ImuSet:
     @property
     def segments(self) -> Sequence[str]:
         """Segments with samples of an IMU."""
-        return list(self._history.segments)
-
-    @property
-    def jumping(self) -> tuple[str, ...]:
-        """Segments whose IMU's orientation contradicted its gyroscope within the last second."""
-        return self._check.jumping
-
-    @property
-    def headings(self) -> Mapping[str, float]:
-        """Heading corrections [rad] of IMUs whose heading has jumped."""
-        return self._check.headings
-
-    @property
-    def rate_faults(self) -> Mapping[str, RateFault]:
-        """What is wrong with the angular velocities of IMUs whose orientation's change is used."""
-        return self._rates.faults
-
-    @property
-    def inverse(self) -> frozenset[str]:
-        """Segments whose IMU's orientations are the inverse, or in another order; not used."""
-        return self._inverse
+        return list(self.history.segments)
 
     @property
     def contradicted_rates(self) -> Mapping[str, str]:
-        """The same in words, of those that measure one and whose orientation is not at fault."""
-        faults = self.rate_faults.items()
+        """What is wrong with angular velocities that are measured, if the orientation is not."""
         others = (RateFault.MISSING, RateFault.INVERSE)
+        faults = self.rates.faults.items()
         return {name: str(fault) for name, fault in faults if fault not in others}
 
     def add(self, block: ImuBlock) -> int:
@@ -80,23 +61,24 @@ class ImuSet:
         if block is not arrived:
             is_restored = block.stamps_ns != arrived.stamps_ns
             self.counters.add("imu_stamps_restored", int(is_restored.sum()))
-        checked = self._check.checked(self._rates.checked(block))
-        self._slips, self._replaced = self._check.slips, self._rates.replaced
+        checked = self.orientations.checked(self.rates.checked(block))
+        self._slips, self._replaced = self.orientations.slips, self.rates.replaced
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
-        self._inverse = self._rates.inverse if self._replaced else frozenset()
-        if self._inverse:
-            is_inverse = np.array([name in self._inverse for name in checked.segments])[checked.imu]
+        self.inverse = self.rates.inverse if self._replaced else frozenset()
+        if self.inverse:
+            is_inverse = np.array([name in self.inverse for name in checked.segments])[checked.imu]
             self.counters.add("imu_samples_inverse", int(is_inverse.sum()))
             checked = checked.rows(~is_inverse)
-        rejected = self._history.add(checked)
-        self.counters.add("imu_gaps", len(self._history.gaps_ns))
-        if len(self._first_ns) < len(self._history.segments):
+        rejected = self.history.add(checked)
+        self.counters.add("imu_gaps", len(self.history.gaps_ns))
+        if len(self._first_ns) < len(self.history.segments):
             for imu in np.unique(checked.imu).tolist():
                 first_ns = int(checked.stamps_ns[checked.imu == imu].min())
                 self._first_ns.setdefault(checked.segments[imu], first_ns)
-        for segment, gap_ns in self._history.gaps_ns.items():
+        for segment, gap_ns in self.history.gaps_ns.items():
             if gap_ns > SILENCE_NS:
-                silences = _silences(_stamps_of(segment, checked), gap_ns)
+                is_own = checked.imu == checked.segments.index(segment)
+                silences = _silences(np.sort(checked.stamps_ns[is_own]), gap_ns)
                 self._silences.setdefault(segment, []).extend(silences)
         return rejected
 
@@ -110,7 +92,7 @@ class ImuSet:
         """
         if segment not in self._first_ns:
             return ""
-        first_ns, last_ns = self._first_ns[segment], self._history.newest_ns(segment)
+        first_ns, last_ns = self._first_ns[segment], self.history.newest_ns(segment)
         silences = [(begin_ns, first_ns), *self._silences.get(segment, ()), (last_ns, end_ns)]
         texts = [
             f"from {(start_ns - begin_ns) / NS_PER_S:.1f} "
@@ -122,34 +104,25 @@ class ImuSet:
             texts = [f"{len(texts)} times, the last {texts[-1]}"]
         return f"without usable samples {', '.join(texts)}" if texts else ""
 
-    def has_reached(self, stamp_ns: int) -> bool:
-        """Whether every IMU that still sends has a sample at or after an instant."""
-        return self._history.have_reached(stamp_ns)
-
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
         """Segments whose IMU has sent nothing in the last 0.2 s before an instant."""
-        silent = self._history.silent(stamp_ns)
-        unused = {*self._check.set_aside, *self.inverse}
+        silent = self.history.silent(stamp_ns)
+        unused = {*self.orientations.set_aside, *self.inverse}
         return tuple(segment for segment in silent if segment not in unused)
 
     def read(self, stamp_ns: int) -> ImuMeasurements:
         """The IMUs' measurements at an instant; those of the last instant are cached."""
-        if not self._history.segments:
+        if not self.history.segments:
             return NO_MEASUREMENTS
         if self._known_at != stamp_ns:
-            imus = self._history.at(stamp_ns)
+            imus = self.history.at(stamp_ns)
             if self._slips or self._replaced:
                 imus = replace(imus, slips=self._slips, replaced_rates=self._replaced)
             self._known = imus
             self._known_at = stamp_ns
-        missing = len(self._history.segments) - len(self._known)
+        missing = len(self.history.segments) - len(self._known)
         self.counters.add("imu_readings_missing", missing)
         return self._known
-
-
-def _stamps_of(segment: str, block: ImuBlock) -> NDArray[np.int64]:
-    """Stamps of one IMU's samples in a block, sorted [ns]."""
-    return np.sort(block.stamps_ns[block.imu == block.segments.index(segment)])
 
 
 def _silences(stamps_ns: NDArray[np.int64], longest_ns: int) -> Iterator[tuple[int, int]]:

@@ -44,7 +44,7 @@ SLIP_NS = NS_PER_S // 40  # [ns] without a further jump, after which it is no ba
 Quaternion = tuple[float, float, float, float]
 
 
-class _Memory(NamedTuple):
+class _OrientationMemory(NamedTuple):
     """Memory of each IMU, from sample to sample."""
 
     stamp_ns: NDArray[np.int64]  # (imus,) of the last sample; 0: none
@@ -112,8 +112,8 @@ class OrientationCheck:
         return block if is_used.all() else block.rows(np.flatnonzero(is_used))
 
 
-def _make_memory(imus: int) -> _Memory:
-    return _Memory(
+def _make_memory(imus: int) -> _OrientationMemory:
+    return _OrientationMemory(
         stamp_ns=np.zeros(imus, np.int64),
         orientation=np.zeros((imus, 4)),
         rate=np.zeros((imus, 3)),
@@ -133,7 +133,7 @@ def _make_memory(imus: int) -> _Memory:
 
 @compiled_in_place
 def check_samples(
-    memory: _Memory,
+    memory: _OrientationMemory,
     imu: NDArray[np.int64],
     stamps_ns: NDArray[np.int64],
     orientation: FloatArray,

@@ -28,9 +28,7 @@ from pose_core.kernels.rotations import transposed_product
 
 GRID = np.linspace(-np.pi, np.pi, 72, endpoint=False)  # [rad] grid of headings
 REFINED = np.radians([2.5, 0.6, 0.15])  # [rad] steps of the parabolic refinement
-MIN_HEADING_SEPARATION = np.radians(
-    40.0
-)  # [rad] distance from which on another heading counts as a different solution
+MIN_HEADING_SEPARATION = np.radians(40.0)  # [rad] from which on a heading is another solution
 HEADING_PARTS = np.array(
     [np.diag([0.0, 0.0, 1.0]), np.diag([1.0, 1.0, 0.0]), [[0, 1, 0], [-1, 0, 0], [0, 0, 0]]]
 )
@@ -213,7 +211,7 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
     """
 
     def fit(headings: FloatArray) -> FloatArray:
-        J = _best_rotation(sums, headings)[1]
+        J = best_rotation(_cost_matrix(sums, headings))[1]
         return J + _log_north_prior(headings, north) / samples_per_s
 
     J = fit(GRID)
@@ -223,7 +221,7 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
         bend = left - 2.0 * here + right
         if bend < 0.0:
             heading += float(np.clip(0.5 * step * (left - right) / bend, -2.0 * step, 2.0 * step))
-    M = _best_rotation(sums, heading)[0]
+    M = best_rotation(_cost_matrix(sums, heading))[0]
     apart = np.abs(_wrapped(GRID - heading)) > MIN_HEADING_SEPARATION
     near_north = north is not None and abs(_wrapped(heading - north)) < MIN_HEADING_SEPARATION
     return Alignment(
@@ -276,11 +274,6 @@ def _cost_matrix(sums: FloatArray, heading: FloatArray | float) -> FloatArray:
     return np.asarray(
         sums[0] + np.multiply.outer(cosine, sums[1]) + np.multiply.outer(sine, sums[2])
     )
-
-
-def _best_rotation(sums: FloatArray, heading: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-    """The rotation that maximises ⟨M, C⟩, and that maximum, for one heading or for n."""
-    return best_rotation(_cost_matrix(sums, heading))
 
 
 def best_rotation(C: FloatArray) -> tuple[FloatArray, FloatArray]:

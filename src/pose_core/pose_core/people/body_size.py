@@ -7,7 +7,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.body.shape import BodyShape
 from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean, nan_median
-from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.streams.samples import SkeletonSample
 
 BONES: tuple[tuple[str, str], ...] = (
@@ -45,9 +45,7 @@ _START, _END = (np.array([JOINT_INDEX[pair[i]] for pair in BONES]) for i in (0, 
 
 def log_lengths(sample: SkeletonSample) -> FloatArray:
     """Logarithm of each bone's length [m] where both its joints are tracked, else NaN; (15,)."""
-    joints = np.where(
-        (sample.tracking_state == TrackingState.TRACKED)[:, None], sample.positions, np.nan
-    )
+    joints = sample.tracked
     lengths = np.linalg.norm(joints[_END] - joints[_START], axis=1)
     return np.asarray(np.log(np.where(lengths > 0.01, lengths, np.nan)))
 

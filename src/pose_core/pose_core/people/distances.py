@@ -30,19 +30,6 @@ def joint_distances(expected: FloatArray, seen: FloatArray) -> tuple[FloatArray,
     return np.where(is_mirrored, mirrored, plain), is_mirrored
 
 
-def centre(positions: FloatArray) -> FloatArray:
-    """Mean of the known joints, (15, 3) to (3,) [m]; NaN if none is."""
-    return np.asarray(centres(positions[None])[0])
-
-
-def centres(positions: FloatArray) -> FloatArray:
-    """The same of n people, (n, 15, 3) to (n, 3) [m]."""
-    known = np.isfinite(positions[:, :, :1])
-    count = known.sum(axis=1)
-    total = np.where(known, positions, 0.0).sum(axis=1)
-    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
-
-
 def _mean_distances(expected: FloatArray, seen: FloatArray) -> FloatArray:
     distance = np.linalg.norm(expected[:, None] - seen[None], axis=3)
     known = np.isfinite(distance)

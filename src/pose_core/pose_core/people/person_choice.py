@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.people.distances import centre
+from pose_core.finite_numbers import nan_mean
 from pose_core.people.person_track import PersonTrack
 from pose_core.people.tracker import PeopleTracker
 from pose_core.people.wearer import WearerSearch
@@ -108,4 +108,4 @@ class PersonChoice:
 
 
 def _distance(track: PersonTrack, place: FloatArray) -> float:
-    return float(np.linalg.norm(centre(track.positions) - place))
+    return float(np.linalg.norm(nan_mean(track.positions) - place))

@@ -160,7 +160,8 @@ class PersonPipelines:
 
     def check_given_shape(self, track: PersonTrack) -> None:
         """Restart a person without the given body shape if they are of another size."""
-        if track.number != self._unchecked or not self._has_given_shape:
+        of_calibration = None if self._extrinsics is None else self._extrinsics.body
+        if track.number != self._unchecked or (self._shape is None and of_calibration is None):
             return
         pipeline = self._by_person[track.number]
         if pipeline.shape is None:
@@ -179,11 +180,6 @@ class PersonPipelines:
             restarted.use_sensor_to_segment(self._alignments)
             self.subject = restarted
         self._assign(track.number, restarted)
-
-    @property
-    def _has_given_shape(self) -> bool:
-        of_calibration = self._extrinsics is not None and self._extrinsics.body is not None
-        return self._shape is not None or of_calibration
 
     def _make(self, body_id: str) -> Pipeline:
         parameters = replace(self._parameters, subject=body_id)

@@ -6,8 +6,8 @@ from enum import Enum
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.finite_numbers import nan_mean
 from pose_core.people.body_size import BodySize
-from pose_core.people.distances import centre
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import SkeletonSample
 
@@ -72,7 +72,7 @@ class PersonTrack:
 
     def predicted_centre(self, stamp_ns: int) -> FloatArray:
         """Predicted middle at an instant [ns], (3,) [m]."""
-        return centre(self.predicted(stamp_ns))
+        return nan_mean(self.predicted(stamp_ns))
 
     def unseen_s(self, stamp_ns: int) -> float:
         """Time since any sensor saw them [s]."""
@@ -112,12 +112,12 @@ class PersonTrack:
 
     def _measure_velocity(self, stamp_ns: int, positions: FloatArray) -> None:
         if self._anchor is None:
-            self._anchor = stamp_ns, centre(positions)
+            self._anchor = stamp_ns, nan_mean(positions)
             return
         since_ns = stamp_ns - self._anchor[0]
         if since_ns < VELOCITY_WINDOW_NS:
             return
-        here = centre(positions)
+        here = nan_mean(positions)
         velocity = (here - self._anchor[1]) * (NS_PER_S / since_ns)
         if np.isfinite(velocity).all():
             speed = float(np.linalg.norm(velocity))

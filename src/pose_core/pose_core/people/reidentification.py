@@ -13,9 +13,9 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
+from pose_core.finite_numbers import nan_mean
 from pose_core.people.assignment import assign
 from pose_core.people.body_size import BodySize
-from pose_core.people.distances import centre
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.streams.samples import SkeletonSample
 
@@ -108,7 +108,7 @@ class Reidentification:
     def is_within_reach(self, absent: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
         """Whether the only known person can have come here since they were last seen."""
         absent_s = (stamp_ns - absent.last_seen_ns) * 1e-9
-        distance_m = float(np.linalg.norm(centre(joints) - centre(absent.positions)))
+        distance_m = float(np.linalg.norm(nan_mean(joints) - nan_mean(absent.positions)))
         return absent_s < JUST_LEFT_S and distance_m < REACH_M + REACH_SPEED * max(absent_s, 0.0)
 
     def mark_returned(self, track: PersonTrack, joints: FloatArray, stamp_ns: int) -> None:
@@ -180,7 +180,7 @@ class Reidentification:
             presence=Presence.PRESENT,
             initiated_ns=track.recent_since_ns,
             last_seen_ns=track.last_seen_ns,
-            initiated_at=centre(track.positions),
+            initiated_at=nan_mean(track.positions),
             positions=track.positions,
             velocity=track.velocity,
             size=track.recent_size or BodySize(),

@@ -8,7 +8,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
-from pose_core.people.distances import centre
+from pose_core.finite_numbers import nan_mean
 from pose_core.people.duplicate_tracks import DuplicateTracks
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import CERTAIN, MOST_ABSENT, Reidentification
@@ -112,7 +112,7 @@ class TrackManager:
             presence=Presence.TENTATIVE,
             initiated_ns=stamp_ns,
             last_seen_ns=stamp_ns,
-            initiated_at=centre(joints),
+            initiated_at=nan_mean(joints),
             positions=np.full_like(joints, np.nan),
         )
         track.update(stamp_ns, joints, restarts=True)

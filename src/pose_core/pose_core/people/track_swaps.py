@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pose_core.people.distances import centre
+from pose_core.finite_numbers import nan_mean
 from pose_core.people.person_track import PersonTrack
 from pose_core.people.reidentification import SWAPPED, WINDOW_MEASUREMENTS
 
@@ -25,7 +25,7 @@ class TrackSwaps:
         """Pairs of people in view whose tracks were swapped when they met."""
         if len(present) < 2:
             return
-        middles = {track.number: centre(track.positions) for track in present}
+        middles = {track.number: nan_mean(track.positions) for track in present}
         for one, other in combinations(present, 2):
             pair = one.number, other.number
             apart_m = float(np.linalg.norm(middles[one.number] - middles[other.number]))

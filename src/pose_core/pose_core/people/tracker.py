@@ -12,9 +12,9 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
+from pose_core.finite_numbers import nan_mean
 from pose_core.joints import OTHER_SIDE
 from pose_core.people.association import GATE_M, associate
-from pose_core.people.distances import centres
 from pose_core.people.duplicate_tracks import DuplicateTracks
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import Reidentification
@@ -136,7 +136,7 @@ class PeopleTracker:
     def _nearest(self, frame: Sequence[SkeletonSample], stamp_ns: int) -> list[SkeletonSample]:
         """The skeletons of a crowd that are nearest to the people who are present."""
         T = self.T_common_sensor[frame[0].sensor]
-        places = transformed(T, centres(np.stack([sample.positions for sample in frame])))
+        places = transformed(T, nan_mean(np.stack([sample.positions for sample in frame]), axis=1))
         distance = np.zeros(len(frame))
         if self.present:
             known = np.stack([track.predicted_centre(stamp_ns) for track in self.present])

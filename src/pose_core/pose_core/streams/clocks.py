@@ -106,14 +106,9 @@ def _stamps_on_reference_clock(stamps_ns: NDArray[np.int64], clock: Clock) -> ND
 
 def moved_most_ns(before: Clocks, after: Clocks, stamp_ns: int) -> int:
     """Largest change of any source's stamps [ns] near a stamp if other clocks are used."""
-    return max(
-        (
-            abs(_ahead_ns(after, name, stamp_ns) - _ahead_ns(before, name, stamp_ns))
-            for name in {*before, *after}
-        ),
-        default=0,
+    none = Clock()
+    moved_ns = (
+        abs(after.get(name, none).ahead_ns(stamp_ns) - before.get(name, none).ahead_ns(stamp_ns))
+        for name in {*before, *after}
     )
-
-
-def _ahead_ns(clocks: Clocks, source: str, stamp_ns: int) -> int:
-    return clocks[source].ahead_ns(stamp_ns) if source in clocks else 0
+    return max(moved_ns, default=0)

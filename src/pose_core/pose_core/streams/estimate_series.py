@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from pose_core.arrays import FloatArray
 
+GIVEN = ("position", "position_stddev", "weight_kinect", "weight_imu")
+"""What estimates and messages give under the same names."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateSeries:
@@ -48,10 +51,7 @@ def estimate_series(
     return EstimateSeries(
         stamps_ns=np.array(stamps_ns, np.int64),
         names=tuple(names),
-        position=table([each.position for each in estimates], float),
-        position_stddev=table([each.position_stddev for each in estimates], float),
-        weight_kinect=table([each.weight_kinect for each in estimates], float),
-        weight_imu=table([each.weight_imu for each in estimates], float),
+        **{name: table([getattr(each, name) for each in estimates], float) for name in GIVEN},
         source=table(sources, np.uint8),
         latency_s=np.array(latencies_s, float),
     )

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 
 from pose_core.stamps import JUMP_BACK_NS
 from pose_core.streams.clocks import Clock, Clocks, block_on_reference_clock
-from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of, joined
+from pose_core.streams.samples import (
+    ImuBlock,
+    ImuSample,
+    SkeletonSample,
+    block_of,
+    interleaved,
+    joined,
+)
 
 WAIT_NS = JUMP_BACK_NS  # [ns] for which a frame waits; a longer step back is a new start
 BATCH = 2000  # samples that are ordered together
@@ -65,7 +72,9 @@ class RecordingOrder:
         for place, frame in frames:
             stamp_ns = self._newest_ns
             if frame:
-                stamp_ns = self._clock(frame[0].sensor).to_reference(frame[0].stamp_ns)
+                stamp_ns = self._clocks.get(frame[0].sensor, Clock()).to_reference(
+                    frame[0].stamp_ns
+                )
             if stamp_ns < self._newest_ns - WAIT_NS:  # the recording begins anew
                 stop = int(np.searchsorted(places, place))
                 self._imus.append(block.rows(slice(start, stop)))
@@ -93,21 +102,14 @@ class RecordingOrder:
         self._ahead.update(block.segments[imu] for imu in block.imu[is_ahead].tolist())
         order = np.argsort(stamps_ns, kind="stable")[: int(np.sum(~is_ahead))]
         block, stamps_ns = block.rows(order), stamps_ns[order]
-        start = 0
+        ready: list[tuple[int, int, Frame]] = []
         while self._frames and self._frames[0][0] <= until_ns:
-            stamp_ns, _, frame = heappop(self._frames)
-            stop = int(np.searchsorted(stamps_ns, stamp_ns, side="right"))
-            if start < stop:
-                yield block.rows(slice(start, stop))
-                start = stop
-            yield frame
-        stop = int(np.searchsorted(stamps_ns, until_ns, side="right"))
-        if start < stop:
-            yield block.rows(slice(start, stop))
-        self._imus = [block.rows(slice(max(start, stop), None))]
-
-    def _clock(self, source: str) -> Clock:
-        return self._clocks.get(source, Clock())
+            ready.append(heappop(self._frames))
+        until = [*(stamp_ns for stamp_ns, _, _ in ready), until_ns]
+        *stops, count = np.searchsorted(stamps_ns, until, side="right")
+        self._imus = [block.rows(slice(count, None))]
+        frames = (frame for _, _, frame in ready)
+        return interleaved(frames, block.rows(slice(count)), np.array(stops, np.intp))
 
     def _all_imus_passed_ns(self) -> int:
         """The instant that every IMU of the last block has passed [ns]."""

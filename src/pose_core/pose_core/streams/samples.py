@@ -1,12 +1,19 @@
 """Samples of the sensors, as frozen values."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.joints import TrackingState
+
+MEASURED = ("orientation", "orientation_stddev", "angular_velocity", "linear_acceleration")
+"""What an IMU's sample and a block of samples have in common."""
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,6 +25,12 @@ class SkeletonSample:
     person: str
     positions: FloatArray  # (15, 3) [m] in the sensor's optical frame; NaN where not tracked
     tracking_state: NDArray[np.uint8]  # (15,), values of TrackingState
+
+    @property
+    def tracked(self) -> FloatArray:
+        """Positions of the joints whose state is TRACKED, (15, 3) [m]; NaN of all others."""
+        is_tracked = self.tracking_state == TrackingState.TRACKED
+        return np.where(is_tracked[:, None], self.positions, np.nan)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,10 +68,7 @@ class ImuBlock:
             segments=self.segments,
             imu=self.imu[chosen],
             stamps_ns=self.stamps_ns[chosen],
-            orientation=self.orientation[chosen],
-            orientation_stddev=self.orientation_stddev[chosen],
-            angular_velocity=self.angular_velocity[chosen],
-            linear_acceleration=self.linear_acceleration[chosen],
+            **{name: getattr(self, name)[chosen] for name in MEASURED},
         )
 
 
@@ -68,10 +78,7 @@ def block_of(sample: ImuSample) -> ImuBlock:
         segments=(sample.segment,),
         imu=np.zeros(1, np.int64),
         stamps_ns=np.array([sample.stamp_ns], np.int64),
-        orientation=sample.orientation[None],
-        orientation_stddev=sample.orientation_stddev[None],
-        angular_velocity=sample.angular_velocity[None],
-        linear_acceleration=sample.linear_acceleration[None],
+        **{name: getattr(sample, name)[None] for name in MEASURED},
     )
 
 
@@ -86,11 +93,28 @@ def joined(blocks: Sequence[ImuBlock]) -> ImuBlock:
         segments=segments,
         imu=np.concatenate([p[b.imu] for p, b in zip(places, blocks, strict=True)]),
         stamps_ns=np.concatenate([block.stamps_ns for block in blocks]),
-        orientation=np.concatenate([block.orientation for block in blocks]),
-        orientation_stddev=np.concatenate([block.orientation_stddev for block in blocks]),
-        angular_velocity=np.concatenate([block.angular_velocity for block in blocks]),
-        linear_acceleration=np.concatenate([block.linear_acceleration for block in blocks]),
+        **{name: np.concatenate([getattr(b, name) for b in blocks]) for name in MEASURED},
     )
+
+
+def interleaved(
+    frames: Iterable[T], block: ImuBlock, stops: NDArray[np.intp]
+) -> Iterator[T | ImuBlock]:
+    """Frames, each behind the IMU samples that come before it; then the remaining samples.
+
+    Args:
+        frames: k frames, in order.
+        block: The IMUs' samples, in order.
+        stops: Number of samples that come before each frame, (k,).
+    """
+    start = 0
+    for stop, frame in zip(stops.tolist(), frames, strict=True):
+        if start < stop:
+            yield block.rows(slice(start, stop))
+            start = stop
+        yield frame
+    if start < len(block):
+        yield block.rows(slice(start, None))
 
 
 _NO_SAMPLES = ImuBlock(

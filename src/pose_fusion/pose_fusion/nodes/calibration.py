@@ -148,14 +148,14 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     def _take_imus(self) -> None:
         taken = {s: datas[::EVERY_OTHER] for s, datas in self._imus.take().items()}
         if taken:
-            self.calibration.add_imus(read_imus(taken, self._counters))
+            self.calibration.imu_memory.add(read_imus(taken, self._counters))
 
     def _on_acceleration(self, message: Imu) -> None:
         if message.header.frame_id != self._reference_frame:
             self._counters.add("accelerations_in_other_frames")
             return
         a = message.linear_acceleration
-        self.calibration.add_acceleration(np.array([a.x, a.y, a.z]))
+        self.calibration.accelerometer.add(np.array([a.x, a.y, a.z]))
 
     def _publish(self, extrinsics: Extrinsics) -> None:
         stamp_ns = self.get_clock().now().nanoseconds

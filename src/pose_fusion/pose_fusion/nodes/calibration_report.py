@@ -39,14 +39,14 @@ def _values(calibration: LiveCalibration, counters: Counters) -> dict[str, objec
             f"view_displacement_m/{sensor}": f"{distance:.3f}"
             for sensor, distance in calibration.displacement.items()
         },
-        "common_view_s": f"{calibration.common_view_s:.1f}",
+        "common_view_s": f"{calibration.collection.calibrator.memory.observed_s:.1f}",
         **_residuals(calibration.extrinsics),
         **{
             f"clock_ahead_ms/{sensor}": f"{offset.estimate_s * 1e3:.1f}"
             f" ± {offset.stddev_s * 1e3:.1f}"
-            for sensor, offset in calibration.clock_offsets.items()
+            for sensor, offset in calibration.collection.clock_offsets.items()
         },
-        "imus": ", ".join(calibration.imu_segments) or "none",
+        "imus": ", ".join(calibration.imu_memory.segments) or "none",
         **_imus_reported(calibration),
         **calibration.counts,
         **counters.as_dict(),
@@ -55,7 +55,7 @@ def _values(calibration: LiveCalibration, counters: Counters) -> dict[str, objec
 
 def _imus_reported(calibration: LiveCalibration) -> dict[str, object]:
     """Estimated offset of the IMUs' clock, also if it is taken as zero."""
-    imus = calibration.imus
+    imus = calibration.collection.imus
     if imus is None:
         return {}
     if not np.isfinite(imus.offset_stddev_s):

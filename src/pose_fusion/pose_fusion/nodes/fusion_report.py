@@ -38,7 +38,7 @@ class FusionReporter:
 
     def _unused_sources(self) -> set[str]:
         idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
-        imus = {*self._silent_imus, *self._pipeline.subject.imus.jumping, *idle}
+        imus = {*self._silent_imus, *self._pipeline.subject.imus.orientations.jumping, *idle}
         imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
         names = {f"{sensor}'s names" for sensor in self._watch.faulty}
         missing = {*self.excluded, *self._watch.missing, *imus, *names}
@@ -118,7 +118,7 @@ class FusionReporter:
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
             yield f"no samples from the IMU on {silent}: check its battery and radio"
-        if jumping := self._pipeline.subject.imus.jumping:
+        if jumping := self._pipeline.subject.imus.orientations.jumping:
             what = "contradicts its gyroscope: check its strap, its segment and the device"
             yield f"the orientation of the IMU on {', '.join(jumping)} {what}"
         faults = self._pipeline.subject.imus.contradicted_rates
@@ -150,7 +150,7 @@ class FusionReporter:
             "imus": ", ".join(subject.imus.segments) or "none",
             **{
                 f"heading_leapt_deg/{segment}": f"{-np.degrees(heading):.1f}"
-                for segment, heading in subject.imus.headings.items()
+                for segment, heading in subject.imus.orientations.headings.items()
             },
             "imus_aligned": ", ".join(u.segment for u in uses if u.is_aligned) or "none",
             **{f"imu/{use.segment}": str(use) for use in uses},

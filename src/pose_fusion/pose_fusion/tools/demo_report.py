@@ -32,6 +32,7 @@ from pose_fusion.watching.stages import STAGE, STAGES
 from pose_io.bag_samples import read_body_series, read_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.names import TRUTH_NAMESPACE, skeletons_topic
+from pose_io.references.reference import reference_of_skeleton
 from pose_io.robot_motion import COMMAND, ROBOT, TARGET, read_joint_motion
 from pose_io.topics import body_topic
 
@@ -75,9 +76,8 @@ def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
     with open_bag(run.bag) as bag, open_bag(truth) as true_bag:
         methods = _methods(bag, run)
         reference = read_body_series(true_bag, namespace=TRUTH_NAMESPACE)
-        evaluation = evaluate(
-            methods, reference, reference_name="the simulated truth", synthetic=True
-        )
+        truth_named = reference_of_skeleton("the simulated truth", reference, synthetic=True)
+        evaluation = evaluate(methods, truth_named)
         console.print()
         console.print(evaluation_table(evaluation).terminal())
         (run.folder / "evaluation.csv").write_text(evaluation_csv(evaluation))

@@ -13,7 +13,7 @@ from pose_core.errors import InputError
 from pose_io.bags import open_bag
 from pose_io.export.exporter import ExportOptions
 from pose_io.export.motion import BodyMotion, read_motion
-from pose_io.export.opensim_coordinates import OPENSIM_MODELS
+from pose_io.export.opensim import OPENSIM_MODELS
 from pose_io.export.registry import EXPORTERS
 from pose_node.command_line import number_within, run_tool
 from pose_node.many import add_many_arguments, run_many

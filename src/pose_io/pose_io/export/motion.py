@@ -1,7 +1,7 @@
 """A person's recorded motion: degrees of freedom, joints and links at increasing instants."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -105,15 +105,13 @@ class BodyMotion:
         before = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
         gap_ns = self.stamps_ns[before] - self.stamps_ns[before - 1]
         inside = (stamps_ns > self.stamps_ns[before - 1]) & (stamps_ns < self.stamps_ns[before])
-        return BodyMotion(
-            body=self.body,
-            model=self.model,
+        return replace(
+            self,
             stamps_ns=stamps_ns,
             dof=dof,
             stddev=stddev,
             joints=series.at(stamps_ns),
             is_gap=inside & (gap_ns > MAX_GAP_S * NS_PER_S),
-            offsets=self.offsets,
         )
 
 

@@ -1,18 +1,96 @@
-"""OpenSim's files: marker positions (.trc) and joint coordinates (.mot)."""
+r"""OpenSim's files: marker positions (.trc) and joint coordinates (.mot).
 
+OpenSim's ground has x forward, y up, z to the right: :math:`p_{os} = (x, z, -y)` of a point in
+``map``. Its ball joints rotate about z, then x, then y (intrinsic), in the same order as the joints
+here: each angle is converted by itself, some with the opposite sign. Rajagopal2016 and gait2392
+have the same names; gait2392's knee is negative when bent, and it has no arms.
+
+References:
+    Rajagopal et al. (2016), IEEE Trans. Biomed. Eng. 63(10), model Rajagopal2016.osim;
+    Delp et al. (1990), IEEE Trans. Biomed. Eng. 37(8), model gait2392.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from pose_core.joints import JOINTS
+from pose_core.api import unwrapped
+from pose_core.arrays import FloatArray
+from pose_core.joints import JOINTS, SIDES
 from pose_io.export.exporter import Exporter, ExportOptions
 from pose_io.export.motion import BodyMotion
-from pose_io.export.opensim_coordinates import (
-    OPENSIM_MODELS,
-    OpenSimModel,
-    R_opensim_map,
-    coordinates,
-)
+
+R_opensim_map = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""Rotates vectors from ``map`` into OpenSim's ground frame."""
+
+LIMBS = {  # joint angle: OpenSim's name, sign
+    "hip_flexion": ("hip_flexion", 1.0),
+    "hip_abduction": ("hip_adduction", -1.0),
+    "hip_rotation": ("hip_rotation", 1.0),
+    "knee_flexion": ("knee_angle", 1.0),
+    "shoulder_flexion": ("arm_flex", 1.0),
+    "shoulder_abduction": ("arm_add", -1.0),
+    "shoulder_rotation": ("arm_rot", 1.0),
+    "elbow_flexion": ("elbow_flex", 1.0),
+}
+WAIST = {
+    "waist_flexion": ("lumbar_extension", -1.0),
+    "waist_lateral_bending": ("lumbar_bending", 1.0),
+    "waist_rotation": ("lumbar_rotation", 1.0),
+}
+PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenSimModel:
+    """Parameters in which OpenSim's models differ."""
+
+    hips_in_pelvis: tuple[float, float, float]  # [m] midway between the hips, in its pelvis' axes
+    knee_sign: float = 1.0  # of a bent knee
+
+
+OPENSIM_MODELS: Mapping[str, OpenSimModel] = {
+    "rajagopal2016": OpenSimModel(hips_in_pelvis=(-0.056276, -0.078490, 0.0)),
+    "gait2392": OpenSimModel(hips_in_pelvis=(-0.0707, -0.0661, 0.0), knee_sign=-1.0),
+}
+
+
+def coordinate_map(model: OpenSimModel) -> dict[str, tuple[str, float]]:
+    """OpenSim's name and sign of each joint angle that the model has."""
+    names = dict(WAIST)
+    for side in SIDES:
+        for ours, (theirs, sign) in LIMBS.items():
+            knee = model.knee_sign if theirs == "knee_angle" else 1.0
+            names[f"{side}_{ours}"] = (f"{theirs}_{side[0]}", sign * knee)
+    return names
+
+
+def coordinates(motion: BodyMotion, model: OpenSimModel) -> dict[str, FloatArray]:
+    """Every coordinate by OpenSim's name, in [deg] or [m], shape (n,) each.
+
+    Joint angles that OpenSim's models lack (the neck's) keep their names and signs.
+    """
+    columns = _pelvis(motion, model)
+    names = coordinate_map(model)
+    for name in motion.model.angle_names:
+        theirs, sign = names.get(name, (name, 1.0))
+        columns[theirs] = sign * np.degrees(motion.dof[:, motion.model.dof_index[name]])
+    return columns
+
+
+def _pelvis(motion: BodyMotion, model: OpenSimModel) -> dict[str, FloatArray]:
+    """Tilt about z, list about x, rotation about y; position of the model's pelvis."""
+    R_map_body = Rotation.from_rotvec(motion.dof[:, 3:6]).as_matrix()
+    R_ground_pelvis = R_opensim_map @ R_map_body @ R_opensim_map.T
+    angles = Rotation.from_matrix(R_ground_pelvis).as_euler("ZXY")
+    hips = motion.dof[:, :3] @ R_opensim_map.T
+    origin = hips - R_ground_pelvis @ np.array(model.hips_in_pelvis)
+    values = [*(np.degrees(unwrapped(angle)) for angle in angles.T), *origin.T]
+    return dict(zip(PELVIS, values, strict=True))
+
 
 MM = 1000.0  # [mm/m]
 

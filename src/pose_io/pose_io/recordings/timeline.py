@@ -17,14 +17,13 @@ from pose_io.recordings.recording import SensorStream, StampArray
 
 SENSOR, HOST = "sensor", "host"
 CLOCKS = (SENSOR, HOST)
-IndexArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Timeline:
+class StreamTimeline:
     """The usable frames of a stream and their capture stamps."""
 
-    frame: IndexArray  # (k,) indices into the stream, in order of time
+    frame: StampArray  # (k,) indices into the stream, in order of time
     time_ns: StampArray  # (k,) [ns] capture on the host's clock, strictly increasing
     counts: Mapping[str, int]  # frames left out or moved, by reason
     fit: ClockFit | None  # of the sensor's clock, if it was used
@@ -42,7 +41,7 @@ class Timeline:
         ]
 
 
-def make_timeline(stream: SensorStream, clock: str = SENSOR) -> Timeline:
+def make_timeline(stream: SensorStream, clock: str = SENSOR) -> StreamTimeline:
     """Compute the capture stamps of a stream's frames.
 
     Args:
@@ -70,16 +69,16 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> Timeline:
     repeated = int(np.isin(time_ns[dropped], time_ns[kept]).sum())
     counts.add("frames_repeated", repeated)
     counts.add("frames_out_of_order", len(dropped) - repeated)
-    return Timeline(frame=kept, time_ns=time_ns[kept], counts=counts.as_dict(), fit=fit)
+    return StreamTimeline(frame=kept, time_ns=time_ns[kept], counts=counts.as_dict(), fit=fit)
 
 
-def _without_repeated(epoch: IndexArray, sensor_ns: StampArray) -> IndexArray:
+def _without_repeated(epoch: StampArray, sensor_ns: StampArray) -> StampArray:
     """Indices of the first occurrence of each sensor frame, in order of arrival."""
     _, first = np.unique(np.column_stack([epoch, sensor_ns]), axis=0, return_index=True)
     return np.sort(first)
 
 
-def _is_late(order: IndexArray, epoch: IndexArray, sensor_ns: StampArray) -> NDArray[np.bool_]:
+def _is_late(order: StampArray, epoch: StampArray, sensor_ns: StampArray) -> NDArray[np.bool_]:
     """Whether a later frame of the same epoch arrived before this one."""
     late = np.zeros(len(order), dtype=bool)
     for number in np.unique(epoch):
@@ -89,7 +88,7 @@ def _is_late(order: IndexArray, epoch: IndexArray, sensor_ns: StampArray) -> NDA
     return late
 
 
-def _sorted_in_epochs(order: IndexArray, epoch: IndexArray, sensor_ns: StampArray) -> IndexArray:
+def _sorted_in_epochs(order: StampArray, epoch: StampArray, sensor_ns: StampArray) -> StampArray:
     """Sort each epoch's frames by the sensor's clock, within the epoch's positions."""
     result = order.copy()
     for number in np.unique(epoch):
@@ -99,7 +98,7 @@ def _sorted_in_epochs(order: IndexArray, epoch: IndexArray, sensor_ns: StampArra
     return result
 
 
-def _longest_increasing(values: StampArray) -> IndexArray:
+def _longest_increasing(values: StampArray) -> StampArray:
     """Indices of the longest strictly increasing subsequence.
 
     Keeps the largest number of frames: a single stamp far ahead does not exclude those after it.

@@ -8,7 +8,7 @@ from pose_core.api import ANGLES, AngleSeries
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import SIDES
-from pose_io.export.opensim_coordinates import LIMBS
+from pose_io.export.opensim import LIMBS
 from pose_io.references.reference import Reference, numbers_of, text_of
 
 KNEE_NOTE = (

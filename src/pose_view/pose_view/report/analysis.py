@@ -1,7 +1,7 @@
 """All figures of a recording for the report."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pose_core.api import AngleSeries, SkeletonSeries, angle_series
 from pose_evaluation.agreement import (
@@ -105,12 +105,8 @@ def compare(recording: ReportData, reference: Reference) -> Compared:
     aligned_with = next(name for name in names if durations_s[name] >= enough_s)
     reference, alignment = align_reference(reference, angle_series(recording.methods[aligned_with]))
     methods, left_out = _long_enough(recording, reference)
-    evaluation = evaluate(
-        methods,
-        reference,
-        reference_name=reference.name,
-        synthetic=reference.synthetic or recording.is_synthetic,
-    )
+    is_synthetic = reference.synthetic or recording.is_synthetic
+    evaluation = evaluate(methods, replace(reference, synthetic=is_synthetic))
     return Compared(
         reference=reference,
         alignment=alignment,

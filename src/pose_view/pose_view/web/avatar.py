@@ -13,7 +13,7 @@ from pose_view.body.poses import part_poses, quaternions
 from pose_view.mesh import Mesh
 from pose_view.robot import RobotSnapshot
 from pose_view.snapshot import BodySnapshot
-from pose_view.web.places import Place
+from pose_view.web.places import BodyPanel
 
 COLOR = (203, 208, 216)
 
@@ -85,7 +85,7 @@ class Avatar:
     def __init__(
         self,
         scene: SceneApi,
-        place: Place,
+        place: BodyPanel,
         offset: Sequence[float],
         waits_at: Sequence[float],
         absent: str,

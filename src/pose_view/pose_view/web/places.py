@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class BodyPanel:
     """Title and colours of one body."""
 
     body: str  # its id
@@ -24,11 +24,11 @@ PEOPLE = (
 """Colours of people besides the subject, used in turn."""
 
 
-def place_of(body: str) -> Place:
+def place_of(body: str) -> BodyPanel:
     """Title and colours by the body's id, whose suffix may name one kind of sensor."""
     name, _, kind = body.rpartition("_")
     if kind == "kinect":
-        return Place(
+        return BodyPanel(
             body=body,
             title="Kinects alone",
             skin=(146, 170, 198),
@@ -36,8 +36,8 @@ def place_of(body: str) -> Place:
             wears_imus=False,
         )
     if kind == "imu":
-        return Place(body=body, title="IMUs alone", skin=(156, 190, 164), line="#2f8f5b")
+        return BodyPanel(body=body, title="IMUs alone", skin=(156, 190, 164), line="#2f8f5b")
     if name == "person" and kind.isdecimal():
         skin, line = PEOPLE[int(kind) % len(PEOPLE)]
-        return Place(body=body, title=f"Person {kind}", skin=skin, line=line, wears_imus=False)
-    return Place(body=body, title="Fused", skin=(224, 198, 172), line="#c2541b")
+        return BodyPanel(body=body, title=f"Person {kind}", skin=skin, line=line, wears_imus=False)
+    return BodyPanel(body=body, title="Fused", skin=(224, 198, 172), line="#c2541b")

@@ -8,7 +8,7 @@ import numpy as np
 from pose_core.api import FloatArray
 from pose_view.curves import BodyTrack, curve, on_grid, titles
 from pose_view.robot import JointTrack
-from pose_view.web.places import Place
+from pose_view.web.places import BodyPanel
 from pose_view.web.server import LocalServer
 
 WIDTH, HEIGHT = 340, 128  # [px] of a plot, whose width is the panel's
@@ -123,7 +123,7 @@ class PlotPanel:
     """
 
     def __init__(
-        self, server: LocalServer, places: Sequence[Place], span_s: float, time_label: str
+        self, server: LocalServer, places: Sequence[BodyPanel], span_s: float, time_label: str
     ) -> None:
         self._places = list(places)
         self._span_s = span_s
@@ -138,7 +138,7 @@ class PlotPanel:
         panel.set_width(WIDTH)
         self._write_legend()
 
-    def add(self, place: Place) -> None:
+    def add(self, place: BodyPanel) -> None:
         """Add a body's curves."""
         self._places.append(place)
         self._write_legend()

@@ -11,7 +11,7 @@ from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
 from pose_view.body.poses import quaternions
 from pose_view.snapshot import Snapshot
 from pose_view.web.avatar import Avatar, RobotAvatar
-from pose_view.web.places import Place
+from pose_view.web.places import BodyPanel
 from pose_view.web.server import LocalServer
 
 SPACING = 1.5  # [m] between avatars, to the left and right of the middle one
@@ -49,7 +49,7 @@ class Stage:
     """
 
     def __init__(
-        self, server: LocalServer, places: Sequence[Place], absent: Mapping[str, str]
+        self, server: LocalServer, places: Sequence[BodyPanel], absent: Mapping[str, str]
     ) -> None:
         self._server = server
         scene = server.scene
@@ -85,7 +85,7 @@ class Stage:
         self.shows_ghosts = False
         """Whether each camera's raw skeletons are drawn, transformed by the extrinsics."""
 
-    def add(self, place: Place, absent: str, left: float = 0.0) -> None:
+    def add(self, place: BodyPanel, absent: str, left: float = 0.0) -> None:
         """Add a body, displaced to the left of its position in map by ``left`` [m]."""
         self.avatars[place.body] = Avatar(
             self._server.scene, place, (0.0, left, 0.0), EXPECTED_AT, absent

@@ -4,6 +4,7 @@ import csv
 import gzip
 import io
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,14 +71,8 @@ def _refuse_other_units(path: Path, stream: SensorStream) -> None:
 def _time_zero_ns(table: CsvTable) -> int | None:
     for number, text in enumerate(table.comments, start=1):
         if text.startswith(TIME_ZERO):
-            comment = CsvTable(
-                path=table.path,
-                comments=(),
-                header=("# " + TIME_ZERO,),
-                header_line=number,
-                rows=[[text.removeprefix(TIME_ZERO)]],
-                lines=[number],
-            )
+            cells = [[text.removeprefix(TIME_ZERO)]]
+            comment = replace(table, header=("# " + TIME_ZERO,), rows=cells, lines=[number])
             return comment.time_ns(0, 0, NS_PER_S)
     return None
 
