@@ -25,7 +25,7 @@ from pose_core.stamps import NS_PER_S
 
 WINDOW_NS = 10 * NS_PER_S
 LEAST_FRAMES = 40  # [-] in a window
-THINNED = 4  # [-] only each such frame is compared with given extrinsics: it is done every time
+COMPARED_HZ = 14.0  # of the frames compared with given extrinsics: it is done every time
 LEAST_JOINTS = 4  # [-] in a frame
 LEAST_WINDOWS = 3  # [-] before and after
 HUBER_M = 0.04  # [m] residual from which on a joint has less weight
@@ -92,7 +92,9 @@ def find_moved_or_displaced(
         frames: See :func:`find_moved`; every fourth is used.
         extrinsics: As given, not estimated from these frames.
     """
-    views = _views(frames[::THINNED], extrinsics)
+    duration_s = (frames[-1].stamp_ns - frames[0].stamp_ns) / NS_PER_S if frames else 0.0
+    every = max(1, int(len(frames) / (COMPARED_HZ * max(duration_s, 1.0))))
+    views = _views(frames[::every], extrinsics)
     return _moved(views, extrinsics.reference) or _displaced(views, extrinsics.reference)
 
 
