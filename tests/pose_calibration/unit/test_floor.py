@@ -86,6 +86,18 @@ def test_walking_feet_correct_a_person_who_stoops():
     assert corrected.up_stddev < body_alone.up_stddev
 
 
+def test_feet_of_a_climbing_person_do_not_tilt_the_vertical():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0)
+    positions = view(T)
+    distance = positions[:, FEET_JOINTS, 2].mean(axis=1)
+    steps = np.floor((distance - distance.min()) / 0.4)  # 0.3 m high, 0.4 m apart
+    positions[..., 1] -= 0.3 * steps[:, None]
+    found = estimate_floor(positions)
+    assert up_error_deg(found.T_map_reference, T) < 3.0
+    assert found.up_stddev > np.radians(1.9)
+    assert abs(found.height - 1.2) < 2.0 * found.height_stddev
+
+
 def test_a_jump_and_swinging_feet_do_not_lift_the_floor():
     T = sensor_pose(0.0, 0.0, 1.2, 0.0)
     positions = view(T)

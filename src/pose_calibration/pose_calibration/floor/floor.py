@@ -10,7 +10,8 @@ along the initial vertical:
 .. math:: h = a x + b y + c
 
 and :math:`(a, b)` is combined with the body's estimate :math:`(0, 0)` by the inverse covariances:
-feet at one place leave the body's estimate, feet of a walking person correct it. On two-view
+feet at one place leave the body's estimate, feet of a walking person correct it, and feet that are
+on no plane, as those of a climbing person, hardly do. On two-view
 recordings from a height of 1 m with a level sensor, the error of the body alone is 1 degree and of
 the feet alone 2, since the error of an ankle's height depends on the distance.
 """
@@ -38,6 +39,9 @@ FEET_COUNT_BELOW = 0.85  # [-] of the body's deviation, below which feet are nam
 MIN_UPRIGHT_FRAMES = 15  # [-]
 CELL_M = 0.25  # [m] feet in one cell of the floor count as one observation
 HUBER_M = 0.04  # [m] larger deviations are feet in the air or wrong joints
+PLANE_SCATTER_M = 0.06  # [m] of standing feet about their plane; 0.01 to 0.04 on a floor
+LARGEST_DISTANCE = 6.0  # [-] squared, of the feet's slope from the body's, over its variance
+SIGMA_OF_MEDIAN = 1.4826  # [-] standard deviation over the median of absolute errors
 ITERATIONS = 20
 
 KNOWN_MOUNTING = "known mounting"
@@ -187,8 +191,15 @@ def _plane(
         weights = np.minimum(1.0, HUBER_M / np.maximum(off, 1e-9)) / FOOT_STDDEV_M**2
         covariance = np.linalg.inv(design.T @ (design * weights[:, None]) + prior)
         solution = covariance @ (design.T @ (weights * h))
+    # Feet that are not on a plane, on boxes or of a crawling person, tell less.
+    scatter = float(SIGMA_OF_MEDIAN * np.median(np.abs(h - design @ solution)))
+    excess = max(1.0, scatter / PLANE_SCATTER_M) ** 2
     slope_covariance = covariance[:2, :2] + np.tan(FOOT_SLOPE_STDDEV) ** 2 * np.eye(2)
     body_covariance = np.tan(up_stddev) ** 2 * np.eye(2)
+    slope = solution[:2]
+    distance = slope @ np.linalg.solve(body_covariance + excess * slope_covariance, slope)
+    excess *= max(1.0, float(distance) / LARGEST_DISTANCE)  # stairs are a plane, but no floor
+    slope_covariance *= excess
     gain = body_covariance @ np.linalg.inv(body_covariance + slope_covariance)
     gain *= have_walked
     a, b = gain @ solution[:2]
@@ -197,6 +208,7 @@ def _plane(
     stddev = float(np.sqrt(np.linalg.eigvalsh(body_covariance - gain @ body_covariance)[-1]))
     # The sensor is away from the middle of the feet: a wrong vertical changes its height.
     height_variance = covariance[2, 2] + (centre @ centre) * stddev**2
+    height_variance += float(np.var(h)) if excess > 1.0 else 0.0
     return R_level_reference.T @ normal, sole, stddev, float(np.sqrt(height_variance))
 
 
