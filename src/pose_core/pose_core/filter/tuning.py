@@ -31,7 +31,7 @@ class MotionPrior:
             "shank": 0.13,
         }
     )
-    rate_memory: float = 0.15  # [s] time constant with which rates decay
+    rate_memory: float = 0.1  # [s] time constant with which rates decay
     one_camera_rate_memory: float = 0.05  # [s] the same with a single camera
     slide_stddev: Mapping[str, float] = field(  # [m] of the joints that slide, without their side
         default_factory=lambda: {"shoulder": 0.015, "hip": 0.0089, "knee": 0.0105, "foot": 0.0105}
