@@ -93,7 +93,13 @@ from pose_core.streams.samples import (
     interleaved,
     joined,
 )
-from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
+from pose_core.streams.series import (
+    MAX_GAP_S,
+    IntArray,
+    SkeletonSeries,
+    longest_gap_s,
+    series_from_samples,
+)
 from pose_core.streams.stamp_judge import StampJudge
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 from pose_core.transforms import best_rigid_transform, inverse, rigid_transform, transformed
@@ -138,6 +144,7 @@ __all__ = [
     "JOINT_INDEX",
     "Link",
     "MAX_GAP_S",
+    "longest_gap_s",
     "PairResiduals",
     "ParameterError",
     "PeoplePipeline",

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from turning_imus import block, changed, turning
+from turning_imus import START_NS, block, changed, turning
 
+from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.orientation_check import OrientationCheck, orientation_jump
 
 
@@ -135,3 +136,14 @@ def test_samples_of_a_saturated_gyroscope_are_rejected_for_two_seconds():
     used = OrientationCheck().checked(given).stamps_ns
     assert not np.any((used > given.stamps_ns[second]) & (used < given.stamps_ns[300]))
     assert used[used > given.stamps_ns[300]].min() > given.stamps_ns[200] + 2e9
+
+
+def test_a_saturated_gyroscope_is_named_as_that_not_as_silent():
+    orientations, rates = turning(3.0, speed=12.0)
+    imus = ImuSet()
+    imus.add(block(orientations, np.clip(rates, -5.0, 5.0)))
+    newest_ns = START_NS + 3_000_000_000
+    assert imus.orientations.saturated == ("torso",)
+    assert imus.silent(newest_ns) == ()
+    assert imus.counters["imu_samples_saturated"] > 100
+    assert imus.counters["imu_samples_against_gyroscope"] == 0

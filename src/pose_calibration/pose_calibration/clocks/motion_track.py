@@ -2,17 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import MAX_GAP_S, FloatArray, SkeletonSample
+from pose_core.api import FloatArray, SkeletonSample, longest_gap_s
 from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
 
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
-GAP_PERIODS = 1.5  # [-] longest gap of a slow sensor, in periods
-LONGEST_GAP_S = 0.45  # [s] of the slowest
 SLOW_S = 2.0  # [s] slower differences are not due to a delay
 
 
@@ -38,8 +37,12 @@ class Track:
         share = (stamps - own[after - 1]) / step
         shares = share.reshape(-1, *[1] * (values.ndim - 1))
         result: FloatArray = values[after - 1] + shares * (values[after] - values[after - 1])
-        result[(share < 0.0) | (share > 1.0) | (step > _longest_gap_s(own))] = np.nan
+        result[(share < 0.0) | (share > 1.0) | (step > self._longest_gap_s)] = np.nan
         return result
+
+    @cached_property
+    def _longest_gap_s(self) -> float:
+        return _longest_gap_of(self.stamps)
 
     def between(self, begin_s: float, end_s: float) -> "Track":
         """The part from one instant [s] to another, the latter excluded."""
@@ -68,10 +71,9 @@ def without_slow(values: FloatArray, known: NDArray[np.bool_], width: int) -> Fl
     return np.where(known[..., None], values - mean, 0.0)
 
 
-def _longest_gap_s(stamps: FloatArray) -> float:
-    """Longest gap [s] to interpolate across, of a slow sensor 1.5 of its periods."""
-    period_s = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
-    return max(MAX_GAP_S, min(GAP_PERIODS * period_s, LONGEST_GAP_S))
+def _longest_gap_of(stamps: FloatArray) -> float:
+    """Longest gap [s] to interpolate across."""
+    return longest_gap_s(float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0)
 
 
 def _smoothed(stamps: FloatArray, positions: FloatArray) -> Track:
@@ -87,6 +89,6 @@ def _smoothed(stamps: FloatArray, positions: FloatArray) -> Track:
     mean_stamps = sum(w * stamps[part] for w, part in zip(KERNEL, windows, strict=True))
     mean = sum(w * positions[part] for w, part in zip(KERNEL, windows, strict=True))
     longest = np.maximum.reduce([np.diff(stamps)[part] for part in windows[:-1]])
-    pause = longest > _longest_gap_s(stamps)
+    pause = longest > _longest_gap_of(stamps)
     mean = np.where(pause[:, None, None], np.nan, mean)
     return Track(np.asarray(mean_stamps), mean)

@@ -25,7 +25,7 @@ from pose_core.stamps import NS_PER_S
 
 WINDOW_NS = 10 * NS_PER_S
 LEAST_FRAMES = 40  # [-] in a window
-COMPARED_HZ = 14.0  # of the frames compared with given extrinsics: it is done every time
+COMPARED_HZ = 14.0  # [Hz] of the frames compared with given extrinsics: it is done every time
 LEAST_JOINTS = 4  # [-] in a frame
 LEAST_WINDOWS = 3  # [-] before and after
 HUBER_M = 0.04  # [m] residual from which on a joint has less weight
@@ -89,7 +89,7 @@ def find_moved_or_displaced(
     """:func:`find_moved`, or where it finds none the views that do not fit the reference's.
 
     Args:
-        frames: See :func:`find_moved`; every fourth is used.
+        frames: See :func:`find_moved`; about :data:`COMPARED_HZ` are used.
         extrinsics: As given, not estimated from these frames.
     """
     duration_s = (frames[-1].stamp_ns - frames[0].stamp_ns) / NS_PER_S if frames else 0.0

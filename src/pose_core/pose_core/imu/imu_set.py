@@ -39,6 +39,7 @@ class ImuSet:
             "imu_readings_missing",
             "imu_samples_against_gyroscope",
             "imu_samples_inverse",
+            "imu_samples_saturated",
             "imu_stamps_restored",
         )
 
@@ -61,9 +62,12 @@ class ImuSet:
         if block is not arrived:
             is_restored = block.stamps_ns != arrived.stamps_ns
             self.counters.add("imu_stamps_restored", int(is_restored.sum()))
+        saturated = -self.orientations.saturated_samples
         checked = self.orientations.checked(self.rates.checked(block))
+        saturated += self.orientations.saturated_samples
+        self.counters.add("imu_samples_saturated", saturated)
         self._slips, self._replaced = self.orientations.slips, self.rates.replaced
-        self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
+        self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked) - saturated)
         self.inverse = self.rates.inverse if self._replaced else frozenset()
         if self.inverse:
             is_inverse = np.array([name in self.inverse for name in checked.segments])[checked.imu]
@@ -107,7 +111,7 @@ class ImuSet:
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
         """Segments whose IMU has sent nothing in the last 0.2 s before an instant."""
         silent = self.history.silent(stamp_ns)
-        unused = {*self.orientations.set_aside, *self.inverse}
+        unused = {*self.orientations.set_aside, *self.orientations.saturated, *self.inverse}
         return tuple(segment for segment in silent if segment not in unused)
 
     def read(self, stamp_ns: int) -> ImuMeasurements:

@@ -61,6 +61,7 @@ class _OrientationMemory(NamedTuple):
     largest: FloatArray  # (imus, 3) [rad/s] largest magnitude of the rate about each axis
     repeated: NDArray[np.int64]  # (imus, 3) how often it has just been repeated
     saturated_ns: NDArray[np.int64]  # (imus,) stamp of the last sample with a saturated rate
+    saturated: NDArray[np.int64]  # (imus,) number of samples rejected for that
 
 
 class OrientationCheck:
@@ -82,6 +83,19 @@ class OrientationCheck:
         memory = self._memory
         recent = (memory.jump_ns > 0) & (memory.stamp_ns - memory.jump_ns <= STEADY_NS)
         return tuple(self._segments[i] for i in np.flatnonzero(recent).tolist())
+
+    @property
+    def saturated(self) -> tuple[str, ...]:
+        """Segments whose IMU is not used because its gyroscope was saturated."""
+        memory = self._memory
+        is_now = memory.saturated_ns > 0
+        is_now &= memory.stamp_ns - memory.saturated_ns < SATURATED_NS
+        return tuple(self._segments[i] for i in np.flatnonzero(is_now).tolist())
+
+    @property
+    def saturated_samples(self) -> int:
+        """Number of samples rejected for that so far."""
+        return int(self._memory.saturated.sum())
 
     @property
     def headings(self) -> Mapping[str, float]:
@@ -128,6 +142,7 @@ def _make_memory(imus: int) -> _OrientationMemory:
         largest=np.full((imus, 3), LEAST_SATURATED),
         repeated=np.zeros((imus, 3), np.int64),
         saturated_ns=np.zeros(imus, np.int64),
+        saturated=np.zeros(imus, np.int64),
     )
 
 
@@ -191,6 +206,7 @@ def check_samples(
             memory.slips[i] += 1
         memory.is_doubted[i] = may_have_slipped and not memory.set_aside[i]
         is_used[row] = not (has_jumped or memory.is_doubted[i] or memory.set_aside[i] or saturated)
+        memory.saturated[i] += saturated
         memory.stamp_ns[i] = stamps_ns[row]
         for k in range(4):
             memory.orientation[i, k] = orientation[row, k]

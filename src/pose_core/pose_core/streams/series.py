@@ -13,6 +13,18 @@ from pose_core.transforms import transformed
 
 IntArray = NDArray[np.int64]
 MAX_GAP_S = 0.15  # [s] longest gap to interpolate across: three missed frames at 30 Hz, none at 10
+SLOWEST_S = 0.3  # [s] a longer period is a silence
+GAP_PERIODS = 1.5  # [-] longest gap of a slow sensor, in periods
+
+
+def longest_gap_s(period_s: float, at_least_s: float = MAX_GAP_S) -> float:
+    """Longest gap [s] to interpolate across: that of fast sensors, or 1.5 periods of a slow one.
+
+    Args:
+        period_s: The sensor's usual interval [s].
+        at_least_s: The gap of fast sensors [s].
+    """
+    return max(at_least_s, GAP_PERIODS * min(period_s, SLOWEST_S))
 
 
 @dataclass(frozen=True, kw_only=True)

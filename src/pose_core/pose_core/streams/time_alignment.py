@@ -21,11 +21,10 @@ from pose_core.errors import ParameterError
 from pose_core.joints import TrackingState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.series import SLOWEST_S, longest_gap_s
 
 BEFORE_ALL_NS = -(2**63)
-SLOWEST_NS = 300_000_000  # [ns] a longer period is a silence
 PERIODS = 9  # [-] intervals whose median is a sensor's period
-GAP_PERIODS = 1.5  # [-] longest gap of a slow sensor, in periods
 COUNTS = (
     "received",
     "repeated_stamp",
@@ -185,7 +184,7 @@ class TimeAligner:
             stream.away.append((gone_ns, sample.stamp_ns + self._max_skew_ns))
         if self._last_emitted_ns is not None and sample.stamp_ns <= self._last_emitted_ns:
             self.counters.add("late")
-        if stream.last_ns is not None and sample.stamp_ns - stream.last_ns < SLOWEST_NS:
+        if stream.last_ns is not None and sample.stamp_ns - stream.last_ns < SLOWEST_S * NS_PER_S:
             stream.intervals_ns.append(sample.stamp_ns - stream.last_ns)
         stream.samples.append(sample)
         stream.gaps_ns.append(self._longest_gap_ns(stream))
@@ -213,7 +212,8 @@ class TimeAligner:
 
     def _longest_gap_ns(self, stream: _Stream) -> int:
         """Longest gap [ns] to interpolate across."""
-        return max(self._max_gap_ns, round(GAP_PERIODS * stream.period_ns))
+        at_least_s = self._max_gap_ns / NS_PER_S
+        return round(longest_gap_s(stream.period_ns / NS_PER_S, at_least_s) * NS_PER_S)
 
     def _longest_wait_ns(self, stream: _Stream) -> int:
         """Longest silence [ns] to wait for."""

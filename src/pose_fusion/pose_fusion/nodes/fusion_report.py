@@ -38,7 +38,8 @@ class FusionReporter:
 
     def _unused_sources(self) -> set[str]:
         idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
-        imus = {*self._silent_imus, *self._pipeline.subject.imus.orientations.jumping, *idle}
+        checked = self._pipeline.subject.imus.orientations
+        imus = {*self._silent_imus, *checked.jumping, *checked.saturated, *idle}
         imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
         names = {f"{sensor}'s names" for sensor in self._watch.faulty}
         missing = {*self.excluded, *self._watch.missing, *imus, *names}
@@ -118,6 +119,9 @@ class FusionReporter:
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
             yield f"no samples from the IMU on {silent}: check its battery and radio"
+        if saturated := self._pipeline.subject.imus.orientations.saturated:
+            what = "is saturated: set a larger range on the sensor; it is used 2 s after"
+            yield f"the gyroscope of the IMU on {', '.join(saturated)} {what}"
         if jumping := self._pipeline.subject.imus.orientations.jumping:
             what = "contradicts its gyroscope: check its strap, its segment and the device"
             yield f"the orientation of the IMU on {', '.join(jumping)} {what}"
