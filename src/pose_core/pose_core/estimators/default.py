@@ -252,7 +252,7 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
             self._information[1] = information[1]
         result = StepResult(True, 0, float("nan"), float("nan"))
-        tracked = np.full_like(observation.positions, np.nan)
+        tracked = np.full_like(observation.positions, np.nan) if len(imus) else None
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
             if not any(joints) or not self._uses_cameras():
                 continue
@@ -266,10 +266,10 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
             self._information[0] = information[0]
-            if len(imus):
+            if tracked is not None:
                 is_tracked = frame.tracking_state == TrackingState.TRACKED
                 tracked[sensor, is_tracked] = frame.positions[is_tracked]
-        if len(imus) and not is_late:
+        if tracked is not None and not is_late:
             state = self._alignments.observe(observation, tracked, self._filter.state)
             self._filter.state = state
         return result

@@ -57,10 +57,11 @@ class AlignmentTuning:
     independent_s: float = 0.4  # [s] correlation time of the cameras' errors
     memory: float = 60.0  # [s] time constant of the sums
     gap: float = 4.0  # [-] required lead of the best heading in log-likelihood
+    settled_gap: float = 2.0  # [-] the same after ``judged_s``: upright, few headings are excluded
     heading_stddev: float = 0.31  # [rad] at most
     tilt_stddev: float = 0.26  # [rad] at most, about the axes across the link
     covariance_factor: float = 0.7  # [-] of the covariance passed to the filter
-    judged_s: float = 15.0  # [s] in view before an IMU is said not to fit its link
+    judged_s: float = 15.0  # [s] in view before a lack of fit or of lead is judged
     misfit: float = 1.1  # [-] above which the IMU's motion does not fit the link
     arm_misfit: float = 3.0  # [-] the same for arms, where trackers have larger errors
 
@@ -147,9 +148,10 @@ class SegmentAlignment:
             found = best_heading(self._sums, samples_per_s, mounting)
         stddev = np.sqrt(np.diag(found.covariance))
         fits = self._misfit(found) <= self._most_misfit
-        self.is_unlike = not fits and self._total[1] > 3.0 * self._tuning.judged_s
+        is_settled = bool(self._total[1] > 3.0 * self._tuning.judged_s)
+        self.is_unlike = not fits and is_settled
         is_sure = fits and (
-            found.gap > self._tuning.gap
+            found.gap > (self._tuning.settled_gap if is_settled else self._tuning.gap)
             and stddev[3] < self._tuning.heading_stddev
             and max(stddev[0], stddev[1]) < self._tuning.tilt_stddev
         )

@@ -24,7 +24,7 @@ from pose_core.streams.clocks import Clock, Clocks
 from pose_core.streams.samples import SkeletonSample
 from pose_core.transforms import transformed
 
-BY_ID_S = 0.15  # [s] for which a lone person's id is believed without a look at the joints
+BY_ID_S = 0.3  # [s] for which a lone person's id is believed without a look at the joints
 MOVED = 0.1  # [m], or [-] of a rotation's matrix, from which on a sensor has been moved
 LEAST_JOINTS = 5  # [-] of somebody new
 MOST_PEOPLE = 12  # [-] of one frame; cameras' trackers follow six
