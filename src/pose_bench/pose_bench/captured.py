@@ -32,7 +32,7 @@ from pose_core.errors import PoseError
 from pose_core.estimators.default import DefaultEstimator
 from pose_core.filter.tuning import FilterTuning
 from pose_core.streams.samples import block_of
-from pose_evaluation.offline import MethodRun, run_pipeline, tracked_series
+from pose_evaluation.offline import MethodRun, MethodSetup, run_pipeline, tracked_series
 from pose_evaluation.scores import MethodScores, score_method
 from pose_evaluation.uncertainty import mean_coverage, uncertainty_coverage
 from pose_sim.captured.clip import RATE
@@ -50,12 +50,10 @@ JUDGED_FROM_S = 3.0  # [s]
 
 
 @dataclass(frozen=True, kw_only=True)
-class CapturedMethod:
+class CapturedMethod(MethodSetup):
     """A method: an estimator with its inputs and tuning."""
 
-    name: str  # in the tables
     estimator: str = "default"
-    use_imus: bool = False
     segments: tuple[str, ...] = ()  # segments whose IMUs are used; empty: all
     tuning: FilterTuning | None = None  # of the default estimator; None: the default
 

@@ -16,22 +16,45 @@ NOTE = (
     "be honest. IMUs: share of those worn that were in use at the end, and when the median one "
     "joined, latest session."
 )
-HEADER = (
-    "RMSE / joint_kf",
-    "worst",
-    "RMSE [°]",
-    "hips, knees [°]",
-    "r",
-    "MPJPE [mm]",
-    "/ joint_kf",
-    "lag [ms]",
-    "less the trackers' delay",
-    "largest",
-    "jerk [m/s³]",
-    "within 1, 2 σ",
-    "IMUs",
-    "from [s]",
-)
+
+
+def _mean(name: str, digits: int) -> Callable[[Sequence[CapturedScore]], str]:
+    """Mean of a figure over sessions."""
+    return lambda scores: number(float(np.mean([getattr(each, name) for each in scores])), digits)
+
+
+def _worn(scores: Sequence[CapturedScore]) -> int:
+    return sum(score.imus for score in scores)
+
+
+def _within(scores: Sequence[CapturedScore]) -> str:
+    shares = np.mean([(score.within_1, score.within_2) for score in scores], axis=0)
+    return ", ".join(percent(share) for share in shares.tolist())
+
+
+COLUMNS: dict[str, Callable[[Sequence[CapturedScore]], str]] = {
+    "RMSE / joint_kf": _mean("rmse_ratio", 2),
+    "worst": lambda scores: number(max(each.rmse_ratio for each in scores), 2),
+    "RMSE [°]": _mean("rmse_deg", 1),
+    "hips, knees [°]": _mean("hip_knee_deg", 1),
+    "r": _mean("r", 2),
+    "MPJPE [mm]": _mean("mpjpe_mm", 0),
+    "/ joint_kf": _mean("mpjpe_ratio", 2),
+    "lag [ms]": _mean("lag_ms", 0),
+    "less the trackers' delay": lambda scores: number(
+        float(np.mean([each.lag_ms - each.tracker_delay_ms for each in scores])), 0
+    ),
+    "largest": lambda scores: number(max((each.lag_ms for each in scores), key=abs), 0),
+    "jerk [m/s³]": _mean("jerk", 0),
+    "within 1, 2 σ": _within,
+    "IMUs": lambda scores: (
+        percent(sum(each.imus_used for each in scores) / _worn(scores)) if _worn(scores) else "–"
+    ),
+    "from [s]": lambda scores: (
+        number(max(each.imu_from_s for each in scores), 0) if _worn(scores) else "–"
+    ),
+}
+"""Functions from the scores of a row, without failed ones, to a cell."""
 
 
 def summary_table(scores: Sequence[CapturedScore], title: str) -> TextTable:
@@ -58,38 +81,19 @@ def _table(
         (name, *_cells([score for score in scores if row_of(score) == name]))
         for name in dict.fromkeys(map(row_of, scores))
     ]
-    return TextTable(title=title, header=(first, *HEADER), rows=rows, note=NOTE)
+    return TextTable(title=title, header=(first, *COLUMNS), rows=rows, note=NOTE)
 
 
 def _cells(scores: Sequence[CapturedScore]) -> list[str]:
-    """Cells of one row: means over sessions."""
-    failed = sum(bool(score.error) for score in scores)
-    scores = [score for score in scores if not score.error]
-    if not scores:
-        return [f"{failed} failed", *[""] * (len(HEADER) - 1)]
-
-    def mean(name: str) -> float:
-        return float(np.mean([getattr(score, name) for score in scores]))
-
-    beyond = [score.lag_ms - score.tracker_delay_ms for score in scores]
-    worst = number(max(score.rmse_ratio for score in scores), 2)
-    worn = sum(score.imus for score in scores)
-    return [
-        number(mean("rmse_ratio"), 2),
-        f"{worst}, {failed} failed" if failed else worst,
-        number(mean("rmse_deg"), 1),
-        number(mean("hip_knee_deg"), 1),
-        number(mean("r"), 2),
-        number(mean("mpjpe_mm"), 0),
-        number(mean("mpjpe_ratio"), 2),
-        number(mean("lag_ms"), 0),
-        number(float(np.mean(beyond)), 0),
-        number(max((score.lag_ms for score in scores), key=abs), 0),
-        number(mean("jerk"), 0),
-        f"{percent(mean('within_1'))}, {percent(mean('within_2'))}",
-        percent(sum(score.imus_used for score in scores) / worn) if worn else "–",
-        number(max(score.imu_from_s for score in scores), 0) if worn else "–",
-    ]
+    """Cells of one row: figures over the sessions that did not fail."""
+    known = [score for score in scores if not score.error]
+    failed = len(scores) - len(known)
+    if not known:
+        return [f"{failed} failed", *[""] * (len(COLUMNS) - 1)]
+    cells = {name: cell(known) for name, cell in COLUMNS.items()}
+    if failed:
+        cells["worst"] += f", {failed} failed"
+    return list(cells.values())
 
 
 def captured_csv(scores: Sequence[CapturedScore]) -> str:

@@ -28,6 +28,7 @@ MOVES, REALIGNED, UNRELATED = 0.002, 0.001, 0.01  # [-] probability for each ste
 OUTLIERS = 0.1  # [-] of the visible joints, in one frame of four
 OUTLIER_M = 1.0  # [m]
 CHECKED = 10  # [steps] between factorisations of P
+SHOWN = 10_000  # [steps] between results
 
 
 @dataclass(kw_only=True)
@@ -43,8 +44,8 @@ class Checks:
     largest: float = 0.0  # largest element of P
 
 
-def random_steps(count: int, seed: int, every: int = 10_000) -> Iterator[Checks]:
-    """Run steps; yields the results so far after every ``every`` steps, and at the end."""
+def random_steps(count: int, seed: int) -> Iterator[Checks]:
+    """Run steps; yields the results so far after every :data:`SHOWN` steps, and at the end."""
     rng = np.random.default_rng(seed)
     scene = Scene(load_body_model("default"), FRAMES)
     constants, state = aligned_filter(scene, CAMERAS, IMUS)
@@ -67,7 +68,7 @@ def random_steps(count: int, seed: int, every: int = 10_000) -> Iterator[Checks]
             checks.infinite += 1
             state = fresh.copy()
         _check(checks, state.P, step)
-        if checks.steps % every == 0 or checks.steps == count:
+        if checks.steps % SHOWN == 0 or checks.steps == count:
             yield checks
 
 

@@ -7,11 +7,10 @@ overlap of at least half of the shorter recording.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import correlate
 
 from pose_core.api import AngleSeries, FloatArray, angle_columns, without_sideways_flexion
 from pose_core.errors import InputError
-from pose_evaluation.time_shift import STILL, estimate_angle_shift
+from pose_evaluation.time_shift import STILL, estimate_angle_shift, pooled_correlations
 from pose_io.references.reference import Reference
 
 COARSE_RATE = 25.0  # [Hz] of the search; refined afterwards
@@ -111,43 +110,11 @@ def _correlations(reference: AngleSeries, recording: AngleSeries) -> tuple[Float
     """
     expected, found = _on_grid(reference, sideways=False), _on_grid(recording, sideways=True)
     moves = np.nanstd(np.where(np.isfinite(expected), expected, np.nan), axis=0) > STILL
-    expected, found = expected[:, moves], found[:, moves]
-    lags = np.arange(-(len(expected) - 1), len(found))
-    covariance, first, second = np.zeros((3, len(lags)))
-    for x, y in zip(expected.T, found.T, strict=True):
-        count, products = _sums(x, y)
-        sum_x, sum_y, sum_xx, sum_yy, sum_xy = products
-        count = np.maximum(count, 1.0)
-        covariance += sum_xy - sum_x * sum_y / count
-        first += np.maximum(sum_xx - sum_x**2 / count, 0.0)
-        second += np.maximum(sum_yy - sum_y**2 / count, 0.0)
+    lags, scores = pooled_correlations(expected[:, moves], found[:, moves])
     overlap = np.minimum(len(expected), len(found) - lags) - np.maximum(0, -lags)
     shorter = min(len(expected), len(found))
     enough = overlap >= max(LEAST_OVERLAP_S * COARSE_RATE, LEAST_SHARE * shorter)
-    power = np.sqrt(first * second)
-    usable = enough & (power > STILL**2)
-    scores = np.where(usable, covariance / np.where(usable, power, 1.0), np.nan)
-    return lags / COARSE_RATE, scores
-
-
-def _sums(x: FloatArray, y: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
-    """Counts and sums over the common known samples of two series, by shift."""
-    known_x, known_y = np.isfinite(x).astype(float), np.isfinite(y).astype(float)
-    x = np.where(known_x > 0.0, x - np.nanmean(x), 0.0) if known_x.any() else 0.0 * known_x
-    y = np.where(known_y > 0.0, y - np.nanmean(y), 0.0) if known_y.any() else 0.0 * known_y
-
-    def by_shift(of_x: FloatArray, of_y: FloatArray) -> FloatArray:
-        return np.asarray(correlate(of_y, of_x, mode="full", method="fft"))
-
-    count = np.round(by_shift(known_x, known_y))
-    sums = (
-        by_shift(x, known_y),
-        by_shift(known_x, y),
-        by_shift(x**2, known_y),
-        by_shift(known_x, y**2),
-        by_shift(x, y),
-    )
-    return count, sums
+    return lags / COARSE_RATE, np.where(enough, scores, np.nan)
 
 
 def _on_grid(series: AngleSeries, *, sideways: bool) -> FloatArray:

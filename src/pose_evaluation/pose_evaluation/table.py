@@ -1,12 +1,14 @@
 """A table of numbers with the best of each row marked, and its forms: terminal, Markdown."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from rich import box, table
 from rich.text import Text
 
+T = TypeVar("T")
 UNKNOWN = "–"
 Judge = Callable[[Sequence[float]], float]
 """Selects the best of several known values: ``min`` of errors, ``max`` of correlations."""
@@ -76,6 +78,26 @@ class Table:
         if self.note:
             lines += ["", self.note]
         return "\n".join(lines) + "\n"
+
+
+def table_of(
+    caption: str,
+    head: str,
+    items: Iterable[tuple[str, T]],
+    columns: Mapping[str, Callable[[T], str]],
+    note: str = "",
+) -> Table:
+    """A table with a row for each item.
+
+    Args:
+        caption: The caption, with units.
+        head: Header of the first column, the items' names.
+        items: Name and item of each row.
+        columns: Function from an item to its cell, by the column's header.
+        note: Text below the table.
+    """
+    rows = (text_row(name, *(cell(item) for cell in columns.values())) for name, item in items)
+    return Table(caption=caption, head=head, columns=tuple(columns), rows=tuple(rows), note=note)
 
 
 def nearest_zero(values: Sequence[float]) -> float:

@@ -19,7 +19,7 @@ from pose_evaluation.table import (
     nearest_zero,
     number,
     number_row,
-    text_row,
+    table_of,
 )
 
 SUMMARY: tuple[tuple[str, Callable[[MethodScores], float], int, Judge | None, bool], ...] = (
@@ -98,52 +98,39 @@ def view_tables(agreement: Agreement) -> list[Table]:
     """Agreement of the sensors."""
     if not agreement.views:
         return []
-    distance = Table(
-        caption="Mean distance of the same joint in two views [cm]",
-        head="views",
-        columns=("as logged", "calibrated", "best rigid fit", "angles, RMS [deg]", "instants"),
-        rows=tuple(
-            text_row(
-                f"{view.first} – {view.second}",
-                number(view.as_logged_cm, 1),
-                number(view.calibrated_cm, 1),
-                number(view.best_rigid_cm, 1),
-                number(mean_known(list(view.angle_difference_deg.values())), 1),
-                str(view.frames),
-            )
-            for view in agreement.views
-        ),
-        note="The best rigid fit to the same data is the lower bound for any calibration.",
+    distance = table_of(
+        "Mean distance of the same joint in two views [cm]",
+        "views",
+        ((f"{view.first} – {view.second}", view) for view in agreement.views),
+        {
+            "as logged": lambda view: number(view.as_logged_cm, 1),
+            "calibrated": lambda view: number(view.calibrated_cm, 1),
+            "best rigid fit": lambda view: number(view.best_rigid_cm, 1),
+            "angles, RMS [deg]": lambda view: number(
+                mean_known(list(view.angle_difference_deg.values())), 1
+            ),
+            "instants": lambda view: str(view.frames),
+        },
+        "The best rigid fit to the same data is the lower bound for any calibration.",
     )
     return [distance, *(_difference_table(view) for view in agreement.views)]
 
 
 def stability_table(stability: Mapping[str, MethodStability]) -> Table:
     """Frames, gaps, bones and jerk of every method."""
-    return Table(
-        caption="Stability of each method",
-        head="method",
-        columns=(
-            "frames",
-            "gaps > 0.2 s",
-            "longest [s]",
-            "bone SD [mm]",
-            "bone CV [%]",
-            "RMS jerk [m/s³]",
-        ),
-        rows=tuple(
-            text_row(
-                method_label(name),
-                str(each.frames),
-                str(each.gaps),
-                number(each.longest_gap_s, 1),
-                number(each.mean_bone_sd_mm, 1),
-                number(each.mean_bone_cv_percent, 1),
-                number(each.mean_jerk, 0),
-            )
-            for name, each in stability.items()
-        ),
-        note="The bones of li2020 and zhang2015 are constant by construction; the default lets "
+    return table_of(
+        "Stability of each method",
+        "method",
+        ((method_label(name), each) for name, each in stability.items()),
+        {
+            "frames": lambda each: str(each.frames),
+            "gaps > 0.2 s": lambda each: str(each.gaps),
+            "longest [s]": lambda each: number(each.longest_gap_s, 1),
+            "bone SD [mm]": lambda each: number(each.mean_bone_sd_mm, 1),
+            "bone CV [%]": lambda each: number(each.mean_bone_cv_percent, 1),
+            "RMS jerk [m/s³]": lambda each: number(each.mean_jerk, 0),
+        },
+        "The bones of li2020 and zhang2015 are constant by construction; the default lets "
         "shoulders, hips, knees and feet slide.",
     )
 

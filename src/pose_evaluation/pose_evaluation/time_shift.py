@@ -1,6 +1,8 @@
 """One time shift between two recordings of the same motion, by cross-correlating joint angles."""
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import correlate
 
 from pose_core.api import (
     AngleSeries,
@@ -54,8 +56,9 @@ def estimate_angle_shift(
         moving = np.nanstd(expected, axis=0) > STILL if np.isfinite(expected).any() else []
     if not np.any(moving):
         return 0.0
-    lags = np.arange(-most, most + 1)
-    scores = np.array([_correlation(expected, found, int(lag)) for lag in lags])
+    lags, scores = pooled_correlations(expected, found)
+    near = np.abs(lags) <= most
+    lags, scores = lags[near], scores[near]
     if not np.isfinite(scores).any():
         return 0.0
     # A constant ramp fits equally at every lag: of equal ones the smallest is used.
@@ -63,19 +66,51 @@ def estimate_angle_shift(
     return float(lags[best] + _peak_offset(scores, best)) / GRID_RATE
 
 
-def _correlation(expected: FloatArray, found: FloatArray, lag: int) -> float:
-    """Pooled correlation of all angles with ``found`` taken ``lag`` samples later."""
-    count = len(expected) - abs(lag)
-    first = expected[max(0, -lag) :][:count]
-    second = found[max(0, lag) :][:count]
-    known = np.isfinite(first) & np.isfinite(second)
-    counts = np.maximum(known.sum(axis=0), 1)
-    first = np.where(known, first, 0.0)
-    second = np.where(known, second, 0.0)
-    first = np.where(known, first - first.sum(axis=0) / counts, 0.0)
-    second = np.where(known, second - second.sum(axis=0) / counts, 0.0)
-    power = np.sqrt(np.sum(first**2) * np.sum(second**2))
-    return float(np.sum(first * second) / power) if power > 0.0 else np.nan
+def pooled_correlations(
+    expected: FloatArray, found: FloatArray
+) -> tuple[NDArray[np.int64], FloatArray]:
+    """Correlation of all angles together at every lag.
+
+    Args:
+        expected: Angles [rad] on a regular grid, shape (n, d), NaN where unknown.
+        found: The same angles of another recording, on the same grid, shape (m, d).
+
+    Returns:
+        The lags of ``found`` behind ``expected`` [samples], −(n − 1) to m − 1; and the correlation
+        at each, NaN where the known samples in common hardly move.
+    """
+    lags = np.arange(-(len(expected) - 1), len(found))
+    covariance, first, second = np.zeros((3, len(lags)))
+    for x, y in zip(expected.T, found.T, strict=True):
+        count, products = _sums(x, y)
+        sum_x, sum_y, sum_xx, sum_yy, sum_xy = products
+        count = np.maximum(count, 1.0)
+        covariance += sum_xy - sum_x * sum_y / count
+        first += np.maximum(sum_xx - sum_x**2 / count, 0.0)
+        second += np.maximum(sum_yy - sum_y**2 / count, 0.0)
+    power = np.sqrt(first * second)
+    moves = power > STILL**2
+    return lags, np.where(moves, covariance / np.where(moves, power, 1.0), np.nan)
+
+
+def _sums(x: FloatArray, y: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+    """Counts and sums over the common known samples of two series, by shift."""
+    known_x, known_y = np.isfinite(x).astype(float), np.isfinite(y).astype(float)
+    x = np.where(known_x > 0.0, x - np.nanmean(x), 0.0) if known_x.any() else 0.0 * known_x
+    y = np.where(known_y > 0.0, y - np.nanmean(y), 0.0) if known_y.any() else 0.0 * known_y
+
+    def by_shift(of_x: FloatArray, of_y: FloatArray) -> FloatArray:
+        return np.asarray(correlate(of_y, of_x, mode="full", method="fft"))
+
+    count = np.round(by_shift(known_x, known_y))
+    sums = (
+        by_shift(x, known_y),
+        by_shift(known_x, y),
+        by_shift(x**2, known_y),
+        by_shift(known_x, y**2),
+        by_shift(x, y),
+    )
+    return count, sums
 
 
 def _peak_offset(scores: FloatArray, best: int) -> float:

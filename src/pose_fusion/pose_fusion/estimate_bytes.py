@@ -44,7 +44,8 @@ class EstimateBytes:
         self._colors = np.ones((max(STATE_COLORS) + 1, 4), np.float32)
         for state, color in STATE_COLORS.items():
             self._colors[state, :3] = color
-        self._fix_appearance(self._templates[3], len(first.joints))
+        *_, markers, _ = self._templates
+        self._fix_appearance(markers, len(first.joints))
 
     def _fix_appearance(self, markers: MessageTemplate, joints: int) -> None:
         """Of the markers, bones and balls, only points and the balls' colours change."""
@@ -65,37 +66,31 @@ class EstimateBytes:
             estimates: Estimates at n instants.
             latencies_s: Latency of each [s], shape (n,).
         """
+        return zip(self._topics, self._rows(estimates, latencies_s), strict=True)
+
+    def _rows(
+        self, estimates: EstimateBlock, latencies_s: FloatArray
+    ) -> Iterator[NDArray[np.uint8]]:
+        """The bytes by topic; the first are published before the next are written."""
+        joint_states, skeleton, estimate, markers, tf = self._templates
         stamps_ns, position, velocity = estimates.stamps_ns, estimates.position, estimates.velocity
         angles = np.concatenate([position[:, ROOT_DOF:], velocity[:, ROOT_DOF:]], axis=1)
-        yield self._filled(0, stamps_ns, angles)
+        yield joint_states.fill(stamps_ns, angles)
         joints, state = estimates.joints, estimates.tracking_state
         points = joints.reshape(len(estimates), -1)
-        yield self._filled(1, stamps_ns, points, uint8=state)
-        numbers = [
+        yield skeleton.fill(stamps_ns, points, uint8=state)
+        numbers = (
             np.where(estimates.is_known, position, np.nan),
             velocity,
             estimates.position_stddev,
             estimates.weight_kinect,
             estimates.weight_imu,
             latencies_s[:, None],
-        ]
-        numbers_of_all = np.concatenate(numbers, axis=1)
-        yield self._filled(2, stamps_ns, numbers_of_all, uint8=estimates.source)
+        )
+        yield estimate.fill(stamps_ns, np.concatenate(numbers, axis=1), uint8=estimates.source)
         bones = joints[:, self._bones].reshape(len(joints), -1)
         colors = self._colors[state].reshape(len(state), -1)
         places = np.concatenate([bones, points], axis=1)
-        yield self._filled(3, stamps_ns, places, float32=colors)
+        yield markers.fill(stamps_ns, places, float32=colors)
         frames = self._frames.places(estimates.T_map_link, position, estimates.fk_joints)
-        yield self._filled(4, stamps_ns, frames.reshape(len(estimates), -1))
-
-    def _filled(
-        self,
-        index: int,
-        stamps_ns: NDArray[np.int64],
-        float64: FloatArray,
-        *,
-        float32: NDArray[np.float32] | None = None,
-        uint8: NDArray[np.uint8] | None = None,
-    ) -> tuple[str, NDArray[np.uint8]]:
-        rows = self._templates[index].fill(stamps_ns, float64, float32, uint8)
-        return self._topics[index], rows
+        yield tf.fill(stamps_ns, frames.reshape(len(estimates), -1))

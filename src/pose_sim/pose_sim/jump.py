@@ -7,12 +7,12 @@ angles follow from the height of the hips above the floor (in contact) or the fe
 import numpy as np
 from scipy.interpolate import BPoly, CubicSpline
 
+from imu_bridge.protocols.reading import STANDARD_GRAVITY
 from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
 from pose_sim.body import ANKLE_HEIGHT, FOOT, SHANK, THIGH, Body, neutral_angles
 from pose_sim.timeline import AngleTimeline, Profile, minimum_jerk
 
-GRAVITY = 9.80665  # [m/s^2]
 CROUCH = 75.0  # [deg] bend of the legs at the start of the push-off
 ABSORB = 65.0  # [deg] bend at the end of the landing
 TAKE_OFF = 12.0  # [deg] bend at take-off and touch-down
@@ -80,15 +80,15 @@ class _Flight:
         self._bend = CubicSpline(reach, bends)
         height = CubicSpline(-bends, reach)
         take_off = float(height(-TAKE_OFF))
-        speed = np.sqrt(2.0 * GRAVITY * rise)
-        self._air = 2.0 * speed / GRAVITY  # [s]
+        speed = np.sqrt(2.0 * STANDARD_GRAVITY * rise)
+        self._air = 2.0 * speed / STANDARD_GRAVITY  # [s]
         self._tuck = 1.3 * rise  # [m] height of the feet above the floor, at most
         # Quintics between two states: height, velocity, acceleration.
-        crouching, leaving = (height(-CROUCH), 0.0, 0.0), (take_off, speed, -GRAVITY)
-        landing, absorbed = (take_off, -speed, -GRAVITY), (height(-ABSORB), 0.0, 0.0)
+        crouching, leaving = (height(-CROUCH), 0.0, 0.0), (take_off, speed, -STANDARD_GRAVITY)
+        landing, absorbed = (take_off, -speed, -STANDARD_GRAVITY), (height(-ABSORB), 0.0, 0.0)
         self._push = BPoly.from_derivatives([0.0, PUSH_TIME], [crouching, leaving])
         self._absorb = BPoly.from_derivatives([0.0, ABSORB_TIME], [landing, absorbed])
-        self._ballistic = np.polynomial.Polynomial([take_off, speed, -0.5 * GRAVITY])
+        self._ballistic = np.polynomial.Polynomial([take_off, speed, -0.5 * STANDARD_GRAVITY])
         self.duration = PUSH_TIME + self._air + ABSORB_TIME
 
     def clearance(self, t: FloatArray) -> FloatArray:

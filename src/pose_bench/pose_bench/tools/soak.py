@@ -70,8 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 1 if broken else 0
 
 
-def operate(period_ns: int = PERIOD_NS, is_light: bool = False) -> Iterator[Measurement]:
-    """Operate without end; yields after each period [ns] of the session."""
+def operate(*, is_light: bool = False) -> Iterator[Measurement]:
+    """Operate without end; yields after each :data:`PERIOD_NS` of the session."""
     person = captured_person()
     alone, visited = steps_of(person, is_light)
     session = LiveSession(
@@ -79,7 +79,7 @@ def operate(period_ns: int = PERIOD_NS, is_light: bool = False) -> Iterator[Meas
         max_people=2,
         output_rate=10.0 if is_light else 100.0,
     )
-    process, start_s, due_ns = psutil.Process(), time.monotonic(), period_ns
+    process, start_s, due_ns = psutil.Process(), time.monotonic(), PERIOD_NS
     for loop in count():
         begin_ns, end_ns = START_NS + loop * LOOP_NS, (loop + 1) * LOOP_NS
         is_due = end_ns >= due_ns
@@ -89,7 +89,7 @@ def operate(period_ns: int = PERIOD_NS, is_light: bool = False) -> Iterator[Meas
             session.step(shifted, begin_ns + (index + 1) * STEP_NS)
         if not is_due:
             continue
-        due_ns += period_ns
+        due_ns += PERIOD_NS
         yield Measurement(
             hours=end_ns / HOUR_NS,
             taken_s=time.monotonic() - start_s,

@@ -1,7 +1,7 @@
 """``./pose bench stream``: quality of ``joint_states`` as a robot's command."""
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -36,20 +36,19 @@ from pose_sim.captured.session import make_captured_session
 
 SUMMARY = "whether a robot could follow joint_states: limits, steps, rate, start"
 SEED = 101
-HEADER = (
-    "stream",
-    "messages",
-    "outside limits",
-    "steps > 10°",
-    "steps > 3 σ",
-    "largest step [°]",
-    "largest move [°]",
-    "step after silence [°]",
-    "stamps ahead, back or again",
-    "rate [Hz]",
-    "interval p1–p99 [ms]",
-    "chatter at start",
-)
+COLUMNS: dict[str, Callable[[StreamQuality], str]] = {
+    "messages": lambda q: str(q.messages),
+    "outside limits": lambda q: f"{100.0 * q.outside / q.messages:.1f} %",
+    "steps > 10°": lambda q: str(q.steps),
+    "steps > 3 σ": lambda q: str(q.steps_beyond_stddev),
+    "largest step [°]": lambda q: number(q.largest_step_deg, 1),
+    "largest move [°]": lambda q: number(q.largest_move_deg, 1),
+    "step after silence [°]": lambda q: number(q.step_after_silence_deg, 1),
+    "stamps ahead, back or again": lambda q: str(q.ahead + q.backwards + q.repeated),
+    "rate [Hz]": lambda q: number(q.rate, 1),
+    "interval p1–p99 [ms]": lambda q: f"{q.interval_ms[0]:.1f}–{q.interval_ms[2]:.1f}",
+    "chatter at start": lambda q: number(q.start_chatter, 1),
+}
 NOTE = (
     "Steps are what an angle moves from one message to the next beyond what the published "
     "velocities say; after a silence of more than 0.1 s, all that it moves. Chatter: RMS of the "
@@ -129,15 +128,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print; 1 if a stream does not meet a requirement."""
-    table = TextTable(title="joint_states", header=HEADER, note=NOTE)
+    table = TextTable(title="joint_states", header=("stream", *COLUMNS), note=NOTE)
     broken: list[str] = []
     with Console(stderr=True).status("fusing") as status:
         for name, quality in measured(arguments):
             status.update(f"fused {name}")
-            table.rows.append(row_of(name, quality))
             if quality is None:
+                table.rows.append([name, "0", *[UNKNOWN] * (len(COLUMNS) - 1)])
                 broken.append(f"{name}: nothing published")
             else:
+                table.rows.append([name, *(cell(quality) for cell in COLUMNS.values())])
                 broken += [f"{name}: {what}" for what in quality.broken(arguments.output_rate)]
     publish([table], SUMMARY, arguments.output, "stream.md")
     for line in broken:
@@ -189,24 +189,3 @@ def quality_of(
     estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
     estimates += pipeline.flush()
     return measure_stream(stream_of(estimates, pipeline.model)) if len(estimates) > 1 else None
-
-
-def row_of(name: str, quality: StreamQuality | None) -> list[str]:
-    """Cells of a row."""
-    if quality is None:
-        return [name, "0", *[UNKNOWN] * (len(HEADER) - 2)]
-    low, _, high = quality.interval_ms
-    return [
-        name,
-        str(quality.messages),
-        f"{100.0 * quality.outside / quality.messages:.1f} %",
-        str(quality.steps),
-        str(quality.steps_beyond_stddev),
-        number(quality.largest_step_deg, 1),
-        number(quality.largest_move_deg, 1),
-        number(quality.step_after_silence_deg, 1),
-        str(quality.ahead + quality.backwards + quality.repeated),
-        number(quality.rate, 1),
-        f"{low:.1f}–{high:.1f}",
-        number(quality.start_chatter, 1),
-    ]

@@ -23,6 +23,7 @@ import numpy as np
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, FloorEstimate, rigid_transform
+from pose_core.finite_numbers import MAD_TO_STDDEV
 from pose_core.joints import JOINT_INDEX
 
 ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
@@ -41,7 +42,6 @@ CELL_M = 0.25  # [m] feet in one cell of the floor count as one observation
 HUBER_M = 0.04  # [m] larger deviations are feet in the air or wrong joints
 PLANE_SCATTER_M = 0.06  # [m] of standing feet about their plane; 0.01 to 0.04 on a floor
 LARGEST_DISTANCE = 6.0  # [-] squared, of the feet's slope from the body's, over its variance
-SIGMA_OF_MEDIAN = 1.4826  # [-] standard deviation over the median of absolute errors
 ITERATIONS = 20
 
 KNOWN_MOUNTING = "known mounting"
@@ -192,7 +192,7 @@ def _plane(
         covariance = np.linalg.inv(design.T @ (design * weights[:, None]) + prior)
         solution = covariance @ (design.T @ (weights * h))
     # Feet that are not on a plane, on boxes or of a crawling person, tell less.
-    scatter = float(SIGMA_OF_MEDIAN * np.median(np.abs(h - design @ solution)))
+    scatter = float(MAD_TO_STDDEV * np.median(np.abs(h - design @ solution)))
     excess = max(1.0, scatter / PLANE_SCATTER_M) ** 2
     slope_covariance = covariance[:2, :2] + np.tan(FOOT_SLOPE_STDDEV) ** 2 * np.eye(2)
     body_covariance = np.tan(up_stddev) ** 2 * np.eye(2)

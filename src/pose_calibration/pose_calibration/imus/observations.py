@@ -18,6 +18,7 @@ from pose_core.api import (
     block_on_reference_clock,
     joint_angles,
     on_reference_clock,
+    transformed,
 )
 from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
 from pose_core.finite_numbers import nan_mean
@@ -115,8 +116,7 @@ class ObservationRecorder:
         if sample.sensor not in self._placed:
             return
         sample = on_reference_clock(sample, self.clocks)
-        T_map_sensor = self._placed[sample.sensor]
-        positions = sample.positions @ T_map_sensor[:3, :3].T + T_map_sensor[:3, 3]
+        positions = transformed(self._placed[sample.sensor], sample.positions)
         tracked = (sample.tracking_state == TrackingState.TRACKED)[:, None]
         index = self._sensors.index(sample.sensor)
         self._views[index] = np.where(tracked, positions, np.nan)

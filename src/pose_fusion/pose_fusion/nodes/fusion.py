@@ -1,5 +1,7 @@
 """The fusion node: estimates the poses of one or several people from skeletons and IMUs."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -226,29 +228,27 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
                 self.pipeline.add(block)
 
     def _on_tf_static(self, message: TFMessage) -> None:
-        try:
+        with self._rejecting("/tf_static", "malformed_transforms"):
             placed = self._static_transforms.add(message)
-        except InputError as error:
-            self._counters.add("malformed_transforms")
-            self._malformed["/tf_static"] = str(error)
-            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
-            return
-        self._malformed.pop("/tf_static", None)
-        if all(sensor in placed for sensor in self.settings.sensors):
-            extrinsics = extrinsics_from_map({s: placed[s] for s in self.settings.sensors})
-            self.pipeline.use_extrinsics(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
+            if all(sensor in placed for sensor in self.settings.sensors):
+                extrinsics = extrinsics_from_map({s: placed[s] for s in self.settings.sensors})
+                self.pipeline.use_extrinsics(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
 
     def _on_clock(self, message: TimeReference) -> None:
-        topic = f"clock_offsets/{message.source}"
-        try:
+        with self._rejecting(f"clock_offsets/{message.source}", "malformed_clocks"):
             clock = clock_of(message)
+            self.pipeline.use_clocks({**self.pipeline.clocks, message.source: clock})
+
+    @contextmanager
+    def _rejecting(self, topic: str, counter: str) -> Iterator[None]:
+        """Count and report an InputError about a topic's message; a valid one ends the report."""
+        try:
+            yield
+            self._malformed.pop(topic, None)
         except InputError as error:
-            self._counters.add("malformed_clocks")
+            self._counters.add(counter)
             self._malformed[topic] = str(error)
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
-            return
-        self._malformed.pop(topic, None)
-        self.pipeline.use_clocks({**self.pipeline.clocks, message.source: clock})
 
     def _publish_now(self) -> None:
         self._take_imus()

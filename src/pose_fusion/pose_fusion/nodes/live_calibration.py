@@ -1,36 +1,37 @@
 """The calibration node run until it is done, for ``./pose calibrate live``."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
-
-from rclpy.parameter import Parameter
+from typing import Any
 
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.live.live_calibration import LiveCalibration
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import Extrinsics
 from pose_fusion.nodes.calibration import CalibrationNode
+from pose_node.nodes.declaring import overrides_of
 from pose_node.nodes.running import node_of_tool
 
 SPIN_S = 0.1
 
 
 def calibrate_live(
-    parameters: dict[str, object],
+    options: Mapping[str, Any],
     timeout_s: float,
     on_progress: Callable[[LiveCalibration], None],
 ) -> Extrinsics:
     """Calibrate from the running sensors.
 
     Args:
-        parameters: Parameters of the calibration node that differ from the defaults.
+        options: Parameters of the calibration node by name; None: the default.
         timeout_s: Total time limit [s].
         on_progress: Called periodically with the progress.
 
     Raises:
         CalibrationError: If there is no result in time; the message says what was missing.
     """
-    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+    overrides = overrides_of(LiveCalibrationParameters, options)
     with node_of_tool(partial(CalibrationNode, parameter_overrides=overrides)) as (node, executor):
         deadline = time.monotonic() + timeout_s
         while not node.calibration.is_finished and time.monotonic() < deadline:

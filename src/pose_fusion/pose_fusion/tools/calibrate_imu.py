@@ -6,6 +6,7 @@ With the running sensors, or on a bag of such a session.
 import argparse
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from rich.console import Console
@@ -27,6 +28,7 @@ from pose_node.plain_console import progress_bar
 
 UNKNOWN = np.radians(45.0)  # [rad] standard deviation from which on an alignment is unknown
 Show = Callable[[float, str], None]
+T = TypeVar("T")
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -99,7 +101,7 @@ def _degrees(angle: float) -> str:
     return f"{np.degrees(angle):.1f}°" if angle < UNKNOWN else "unknown"  # NaN as well
 
 
-def _run_with_progress(work: Callable[[Show], ImuCalibrationResult]) -> ImuCalibrationResult:
+def _run_with_progress(work: Callable[[Show], T]) -> T:
     console = Console(stderr=True)
     with progress_bar(console) as progress:
         task = progress.add_task("", total=1.0)
@@ -159,11 +161,6 @@ def _live(
 ) -> tuple[ImuCalibrationResult, Extrinsics]:
     from pose_fusion.nodes.live_imu_calibration import calibrate_imus_live  # ROS only where wanted
 
-    found: list[Extrinsics] = []
-
-    def work(show: Show) -> ImuCalibrationResult:
-        result, placed = calibrate_imus_live(parameters, extrinsics, timeout_s, show)
-        found.append(placed)
-        return result
-
-    return _run_with_progress(work), found[0]
+    return _run_with_progress(
+        lambda show: calibrate_imus_live(parameters, extrinsics, timeout_s, show)
+    )

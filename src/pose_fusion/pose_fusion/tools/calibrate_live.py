@@ -11,7 +11,7 @@ from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
-from pose_core.parameters import add_arguments, from_arguments, specs
+from pose_core.parameters import add_arguments, from_arguments
 from pose_fusion.calibration_lines import floor_line, scale_lines, single_imu_lines
 from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
@@ -34,14 +34,8 @@ def main(arguments: list[str]) -> None:
 
     given = make_parser().parse_args(arguments)
     check_folder_of(given.output)
-    parameters = from_arguments(LiveCalibrationParameters, given)
-    if parameters.file:
+    if from_arguments(LiveCalibrationParameters, given).file:
         raise InputError("--file is the node's: name the YAML to write with -o")
-    changed = {
-        name: list(value) if isinstance(value, tuple) else value
-        for name, (default, _) in specs(LiveCalibrationParameters).items()
-        if (value := getattr(parameters, name)) != default
-    }
     with progress_bar(Console(stderr=True)) as progress:
         task = progress.add_task("", total=1.0)
 
@@ -49,7 +43,7 @@ def main(arguments: list[str]) -> None:
             text = calibration.missing or calibration.status
             progress.update(task, completed=calibration.progress, description=text)
 
-        extrinsics = calibrate_live(changed, given.timeout, show)
+        extrinsics = calibrate_live(vars(given), given.timeout, show)
     save_extrinsics(given.output, extrinsics)
     for name, pair in extrinsics.residuals.items():
         ahead_ms = extrinsics.clocks.get(name, Clock()).offset_ns * 1e-6

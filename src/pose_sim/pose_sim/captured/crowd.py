@@ -18,7 +18,7 @@ from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_sim.captured.clips import RATE, Clip, chain, heading, mid_hip, read_clip
 from pose_sim.captured.session import looking_at, stamp_of
-from pose_sim.captured.trackers import TRACKERS, TrackerFrames, at, track
+from pose_sim.captured.trackers import TRACKERS, at, track
 from pose_sim.scene import SENSORS
 
 ROOM_M = 1.7  # [m] half the side of the square in which people walk
@@ -164,21 +164,9 @@ def _camera_frames(
         shown = [i for i in range(len(people)) if names[i] and row < len(seen[i].stamps_s)]
         shown = [int(i) for i in rng.permutation(shown)]
         if shown:
-            samples = [_sample(sensor, stamp_s, seen[i], row, names[i]) for i in shown]
+            samples = [seen[i].sample(row, stamp_of(stamp_s), sensor, names[i]) for i in shown]
             frames.append(CrowdFrame(persons=tuple(samples), truth=tuple(shown)))
     return frames
-
-
-def _sample(
-    sensor: str, stamp_s: float, seen: TrackerFrames, row: int, name: str
-) -> SkeletonSample:
-    return SkeletonSample(
-        stamp_ns=stamp_of(stamp_s),
-        sensor=sensor,
-        person=name,
-        positions=np.ascontiguousarray(seen.positions[row]),
-        tracking_state=seen.tracking_state[row],
-    )
 
 
 def _hiders(

@@ -70,13 +70,7 @@ class CapturedSession:
         for sensor, frames in self.frames.items():
             ahead_s = self.spec.clock_offset_s if sensor == SENSORS[1] else 0.0
             for row, stamp_s in enumerate(frames.stamps_s.tolist()):
-                sample = SkeletonSample(
-                    stamp_ns=stamp_of(stamp_s + ahead_s),
-                    sensor=sensor,
-                    person="1",
-                    positions=np.ascontiguousarray(frames.positions[row]),
-                    tracking_state=frames.tracking_state[row],
-                )
+                sample = frames.sample(row, stamp_of(stamp_s + ahead_s), sensor, "1")
                 timed.append((stamp_of(stamp_s), sample))
         for stream in self.imus if imus else ():
             for row, stamp_s in enumerate(stream.stamps_s.tolist()):

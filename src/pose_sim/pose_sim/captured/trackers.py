@@ -12,6 +12,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 from scipy.special import ndtr
 
+from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_core.joints import TrackingState
 from pose_sim.captured.azure import NEAREST, as_published, azure_joints
@@ -83,6 +84,16 @@ class TrackerFrames:
     stamps_s: FloatArray  # (n,) [s]
     positions: FloatArray  # (n, 15, 3) [m] in the camera's optical frame
     tracking_state: NDArray[np.uint8]  # (n, 15)
+
+    def sample(self, row: int, stamp_ns: int, sensor: str, person: str) -> SkeletonSample:
+        """A frame as a sensor's sample of a person."""
+        return SkeletonSample(
+            stamp_ns=stamp_ns,
+            sensor=sensor,
+            person=person,
+            positions=np.ascontiguousarray(self.positions[row]),
+            tracking_state=self.tracking_state[row],
+        )
 
 
 def track(

@@ -1,7 +1,7 @@
 """The viewer node: subscriptions and service calls while a browser is connected."""
 
 import queue
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -11,7 +11,6 @@ from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
@@ -19,13 +18,12 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from pose_core.parameters import specs
 from pose_core.stamps import NS_PER_S, serialized_ns
 from pose_io.names import BODIES, skeletons_topic
 from pose_io.topics import BODY_TOPIC
 from pose_node.conversions import to_node_status
 from pose_node.level import Level
-from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.declaring import declare_parameters, overrides_of
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
@@ -273,13 +271,9 @@ class ViewerNode(Node):
         super().destroy_node()
 
 
-def run_viewer(parameters: ViewParameters) -> None:
-    """Run the node with these parameters, and exit."""
-    values = {name: getattr(parameters, name) for name in specs(ViewParameters)}
-    overrides = [
-        Parameter(name, value=list(value) if isinstance(value, tuple) else value)
-        for name, value in values.items()
-    ]
+def run_viewer(options: Mapping[str, Any]) -> None:
+    """Run the node with these parameters, None: the default, and exit."""
+    overrides = overrides_of(ViewParameters, options)
     run_node(lambda: ViewerNode(parameter_overrides=overrides), [])
 
 

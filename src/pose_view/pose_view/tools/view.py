@@ -107,11 +107,11 @@ def main() -> None:
 def view(words: Sequence[str]) -> int:
     """Run ``view`` with these arguments; returns its exit code."""
     options = _parser().parse_args(words)
+    parameters = from_arguments(ViewParameters, options)
     if options.bag is None:
         from pose_view.nodes.viewer import run_viewer  # a recording needs no ROS
 
-        run_viewer(from_arguments(ViewParameters, options))
-    parameters = from_arguments(ViewParameters, options)
+        run_viewer(vars(options))
     recorded = read(
         options.bag,
         parameters.bodies,

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from viser import CameraHandle, ClientHandle, LineSegmentsHandle
 
-from pose_core.api import FloatArray
+from pose_core.api import FloatArray, transformed
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
 from pose_view.body.poses import quaternions
 from pose_view.snapshot import Snapshot
@@ -211,9 +211,7 @@ class Stage:
                 continue
             joints = np.concatenate([each.positions for each in skeletons])
             starts = len(JOINT_INDEX) * np.arange(len(skeletons))
-            lines = (joints @ T[:3, :3].T + T[:3, 3])[
-                (starts[:, None, None] + BONES).reshape(-1, 2)
-            ]
+            lines = transformed(T, joints)[(starts[:, None, None] + BONES).reshape(-1, 2)]
             lines[~np.isfinite(lines).all(axis=(1, 2))] = 0.0  # of no length
             node = self._ghosts.get(sensor)
             if node is not None and node.points.shape == lines.shape:

@@ -4,6 +4,7 @@ Tables 1 and 3 of the paper contain the correlations, 2 and 4 the errors, of its
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
@@ -15,6 +16,7 @@ from pose_evaluation.table import (
     nearest_zero,
     number,
     number_row,
+    table_of,
     text_row,
 )
 from pose_evaluation.tables import method_label, readable, summary_rows
@@ -62,26 +64,21 @@ def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | No
     totals = {name: mean_coverage(dict(each)) for name, each in coverage.items() if each}
     if not totals:
         return None
-    columns = ("within 1 σ [%]", "within 2 σ [%]", "mean σ [deg]", "compared")
-    rows = [
-        text_row(
-            method_label(name),
-            number(100.0 * each.within_1, 1),
-            number(100.0 * each.within_2, 1),
-            number(each.mean_stddev_deg, 1),
-            str(each.samples),
-        )
-        for name, each in totals.items()
-    ]
-    one, two = (number(100.0 * share, 1) for share in NORMAL_SHARE)
-    rows.append(text_row("if consistent", one, two, "–", "–", is_summary=True))
-    return Table(
-        caption="Consistency of the published uncertainty: share of the true angles within it",
-        head="method",
-        columns=columns,
-        rows=tuple(rows),
-        note="Larger shares: errors are smaller than the published uncertainty; smaller: larger.",
+    table = table_of(
+        "Consistency of the published uncertainty: share of the true angles within it",
+        "method",
+        ((method_label(name), each) for name, each in totals.items()),
+        {
+            "within 1 σ [%]": lambda each: number(100.0 * each.within_1, 1),
+            "within 2 σ [%]": lambda each: number(100.0 * each.within_2, 1),
+            "mean σ [deg]": lambda each: number(each.mean_stddev_deg, 1),
+            "compared": lambda each: str(each.samples),
+        },
+        "Larger shares: errors are smaller than the published uncertainty; smaller: larger.",
     )
+    one, two = (number(100.0 * share, 1) for share in NORMAL_SHARE)
+    consistent = text_row("if consistent", one, two, "–", "–", is_summary=True)
+    return replace(table, rows=(*table.rows, consistent))
 
 
 def _angle_table(
