@@ -55,9 +55,9 @@ class CameraNoise:
     offset_memory: float = 3.6  # [s]
     shared_offset_stddev: float = 0.012  # [m] of a joint's offset that all views share
     delay_prior: float = (
-        40.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
+        10.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
     )
-    delay_memory: float = 8.0  # [s]
+    delay_memory: float = 30.0  # [s]
     nis_memory: float = 0.05  # [s] over which the NIS is smoothed, for finding contradicted links
 
 
