@@ -33,8 +33,11 @@ def joints_of(rotations):
     return joints
 
 
-def found(worn, seconds=SECONDS, slips_at=None):
-    """What is found if the IMU called SEGMENTS[k] is worn on worn[k]."""
+def found(worn, seconds=SECONDS, slips_at=None, lost=0.0):
+    """What is found if the IMU called SEGMENTS[k] is worn on worn[k].
+
+    ``lost`` is the share of instants without a sample, of each IMU.
+    """
     rng = np.random.default_rng(1)
     mountings, check = Rotation.random(3, random_state=2), ExchangeCheck()
     heading = Rotation.from_euler("z", 1.0)
@@ -45,12 +48,13 @@ def found(worn, seconds=SECONDS, slips_at=None):
             (heading * rotations[SEGMENTS.index(name)] * mounting).as_matrix()
             for name, mounting in zip(worn, mountings, strict=True)
         ]
+        here = np.flatnonzero(rng.random(3) >= lost)
         states = ImuMeasurements(
-            segments=SEGMENTS,
-            R_world_sensor=np.array(R),
-            angular_velocity=np.full((3, 3), 0.5),
-            stddev=np.full((3, 3), 0.02),
-            age_s=np.zeros(3),
+            segments=tuple(SEGMENTS[row] for row in here),
+            R_world_sensor=np.array(R)[here],
+            angular_velocity=np.full((3, 3), 0.5)[here],
+            stddev=np.full((3, 3), 0.02)[here],
+            age_s=np.zeros(3)[here],
             slips={"left_thigh": 1} if slips_at is not None and k >= slips_at else {},
         )
         positions = joints_of(rotations) + rng.normal(0.0, 0.02, (len(JOINTS), 3))
@@ -67,6 +71,13 @@ def test_exchanged_imus_are_named_with_each_other(i, j):
     worn = list(SEGMENTS)
     worn[i], worn[j] = worn[j], worn[i]
     assert found(worn) == {SEGMENTS[i]: SEGMENTS[j], SEGMENTS[j]: SEGMENTS[i]}
+
+
+@pytest.mark.parametrize("lost", [0.05, 0.3])
+def test_lost_samples_do_not_hide_an_exchange(lost):
+    worn = ("right_thigh", "left_shank", "left_thigh")
+    assert found(worn, lost=lost) == {"left_thigh": "right_thigh", "right_thigh": "left_thigh"}
+    assert found(SEGMENTS, lost=lost) == {}
 
 
 def test_short_evidence_and_evidence_from_before_a_slip_do_not_count():

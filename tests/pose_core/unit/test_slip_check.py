@@ -32,9 +32,19 @@ def joints_of(thigh, knee_bend, trunk):
 
 
 def found(
-    degrees, axis, slips=SEGMENTS[:1], *, cameras=2, cameras_err_from_s=np.inf, is_aligned=True
+    degrees,
+    axis,
+    slips=SEGMENTS[:1],
+    *,
+    cameras=2,
+    cameras_err_from_s=np.inf,
+    is_aligned=True,
+    lost=0.0,
 ):
-    """Segments found if some IMUs slip; or if the first camera errs from an instant on."""
+    """Segments found if some IMUs slip; or if the first camera errs from an instant on.
+
+    ``lost`` is the share of instants without a sample, of each IMU.
+    """
     rng, check = np.random.default_rng(1), SlipCheck()
     mountings, headings = Rotation.random(2, random_state=2), np.array([1.0, -0.5])
     offsets = rng.normal(0.0, 0.02, (cameras, len(JOINTS), 3))
@@ -53,12 +63,13 @@ def found(
                 (thigh, trunk), slipped, mountings, headings, strict=True
             )
         ]
+        here = np.flatnonzero(rng.random(2) >= lost)
         measured = ImuMeasurements(
-            segments=SEGMENTS,
-            R_world_sensor=np.array([each.as_matrix() for each in R]),
-            angular_velocity=np.full((2, 3), 0.5),
-            stddev=np.full((2, 3), 0.02),
-            age_s=np.zeros(2),
+            segments=tuple(SEGMENTS[row] for row in here),
+            R_world_sensor=np.array([each.as_matrix() for each in R])[here],
+            angular_velocity=np.full((2, 3), 0.5)[here],
+            stddev=np.full((2, 3), 0.02)[here],
+            age_s=np.zeros(2)[here],
         )
         positions = truth + offsets + rng.normal(0.0, 0.02, offsets.shape)
         if t > cameras_err_from_s:
@@ -67,7 +78,7 @@ def found(
         sees = k % cameras  # one camera's frame at a time
         positions[np.arange(cameras) != sees] = np.nan
         known = headings if is_aligned else np.full(2, np.nan)
-        check.add(10**18 + k * PERIOD_NS, positions, measured, known)
+        check.add(10**18 + k * PERIOD_NS, positions, measured, known[here])
     return set(check.slipped)
 
 
@@ -76,6 +87,12 @@ def found(
 @pytest.mark.parametrize("cameras", [2, 3])
 def test_a_slip_of_30_degrees_is_found_within_ten_seconds(axis, cameras, segment):
     assert found(30.0, axis, (segment,), cameras=cameras) == {segment}
+
+
+@pytest.mark.parametrize("lost", [0.05, 0.3])
+def test_lost_samples_do_not_hide_a_slip(lost):
+    assert found(30.0, "across", lost=lost) == set(SEGMENTS[:1])
+    assert found(0.0, "across", lost=lost) == set()
 
 
 def test_several_at_once_are_an_error_of_the_cameras():

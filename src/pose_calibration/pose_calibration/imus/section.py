@@ -45,10 +45,11 @@ def save_alignments(path: Path, alignments: SensorsToSegments) -> None:
 
 
 def alignments_document(alignments: SensorsToSegments) -> dict[str, Any]:
-    """The section's content."""
+    """The section's content, without IMUs that are exchanged: their names may be mended next."""
     segments = {}
-    for segment in (name for name in SEGMENTS if name in alignments):
-        alignment = alignments[segment]
+    kept = {name: each for name, each in alignments.items() if not each.worn_on}
+    for segment in (name for name in SEGMENTS if name in kept):
+        alignment = kept[segment]
         segments[segment] = {
             "rotation": quaternion_values(alignment.R_sensor_segment, QUATERNION_DIGITS),
             "stddev_deg": [

@@ -1,7 +1,7 @@
 """Sensor-to-segment alignment of all IMUs of one body, with the state of each."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,6 +25,7 @@ CONTRADICTED_S = 0.5  # [s] of contradiction by the cameras after which an IMU i
 LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] a longer gap may be such a restart
+MOST_SETS = 100  # [-] of IMUs that had samples at one instant, which are remembered
 LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
 SYSTEMATIC_STDDEV = np.radians([3.3, 3.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
@@ -61,6 +62,7 @@ class ImuAlignments:
         self._worn: dict[str, _Worn] = {}
         self._known: dict[tuple[str, ...], list[tuple[int, _Worn]]] = {}  # see _worn_by
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
+        self._worn_on: dict[str, str] = {}  # segments of IMUs that are not worn on their own
         self._instants = 0
         self._observed_ns: int | None = None
         self._solved_ns: int | None = None
@@ -75,6 +77,9 @@ class ImuAlignments:
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Use alignments of a calibration; headings are still estimated from motion."""
         self._sensor_to_segment = dict(alignments)
+        for segment, alignment in alignments.items():
+            if alignment.worn_on:
+                self._wear(segment, alignment.worn_on)
 
     def sensor_to_segment(self, state: FilterState) -> dict[str, SensorToSegment]:
         """The filter's estimate of each aligned IMU's alignment, by segment."""
@@ -154,9 +159,13 @@ class ImuAlignments:
         stamp_ns, imus = observation.stamp_ns, observation.imus
         # Where the filter has exchanged sides, either the tracker or the IMUs are wrong.
         as_measured = np.where(tracked == observation.positions, tracked, np.nan)
-        self._exchanges.add(stamp_ns, as_measured, imus)
+        as_worn = imus
+        if self._worn_on:
+            segments = tuple(self._worn_on.get(name, name) for name in imus.segments)
+            as_worn = replace(imus, segments=segments)
+        self._exchanges.add(stamp_ns, as_measured, as_worn)
         headings = self._headings(imus.segments, state)
-        self._slips.add(stamp_ns, tracked, imus, headings)
+        self._slips.add(stamp_ns, tracked, as_worn, headings)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
@@ -185,14 +194,12 @@ class ImuAlignments:
 
     def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
-        exchanged, slipped = self._exchanges.exchanged(), self._slips.slipped
+        exchanged = self._exchanges.exchanged()
+        if exchanged:
+            self._exchange(exchanged, state)
+        slipped = self._slips.slipped
         for _, worn in self._worn_by(segments):
-            worn.use.exchanged_with = exchanged.get(worn.use.segment, "")
-            if worn.use.exchanged_with:
-                if worn.use.is_aligned:
-                    self._forget(worn, state)
-                continue
-            if worn.use.segment in slipped:
+            if (worn.use.worn_on or worn.use.segment) in slipped:
                 self._forget(worn, state)
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
             if not worn.use.is_aligned:
@@ -217,6 +224,32 @@ class ImuAlignments:
             self._store_uncertainty(worn, state)
         return state
 
+    def _exchange(self, exchanged: Mapping[str, str], state: FilterState) -> None:
+        """Align IMUs with each other's segment.
+
+        Args:
+            exchanged: The other one's segment, by the segment on which each was taken to be worn.
+            state: State of the filter.
+        """
+        for segment, worn in self._worn.items():
+            there = exchanged.get(worn.use.worn_on or segment)
+            if there is not None:
+                self._set_aside(worn, state)
+                worn.former_alignment = None
+                self._sensor_to_segment.pop(segment, None)
+                self._wear(segment, there)
+        self._exchanges = ExchangeCheck()  # its sums are of the former segments
+
+    def _wear(self, segment: str, worn_on: str) -> None:
+        """Take an IMU to be worn on a segment."""
+        self._worn_on[segment] = worn_on
+        if worn_on == segment:
+            del self._worn_on[segment]
+        if segment in self._worn:
+            former, worn = self._worn[segment], self._make_worn(segment)
+            former.link, former.alignment = worn.link, worn.alignment
+            former.use.worn_on = worn.use.worn_on
+
     def _check(self, worn: _Worn, state: FilterState) -> None:
         """Realign an IMU that the cameras contradict, after its parent's."""
         if state.contradicted_s[worn.link] < CONTRADICTED_S:
@@ -231,7 +264,7 @@ class ImuAlignments:
         return imus.slips.get(worn.use.segment, 0) > worn.slips
 
     def _forget(self, worn: _Worn, state: FilterState) -> None:
-        """Discard an IMU's alignment after it slipped or was exchanged."""
+        """Discard an IMU's alignment after it slipped."""
         worn.use.contradictions += 1
         worn.former_alignment = None
         self._sensor_to_segment.pop(worn.use.segment, None)
@@ -251,7 +284,7 @@ class ImuAlignments:
         """Exclude an IMU until it is realigned."""
         worn.use.is_aligned = False
         worn.alignment.clear()
-        self._slips.forget(worn.use.segment)
+        self._slips.forget(worn.use.worn_on or worn.use.segment)
         column = int(state.imu_column[worn.link])
         if column != NO_COLUMN:
             own = slice(column, column + IMU_STATES)
@@ -297,6 +330,7 @@ class ImuAlignments:
             R_sensor_segment=state.R_sensor_link[worn.link].copy(),
             stddev=np.sqrt(np.maximum(variance, 0.0)),
             residual=float("nan"),
+            worn_on=worn.use.worn_on,
         )
 
     def _store_uncertainty(self, worn: _Worn, state: FilterState) -> None:
@@ -311,16 +345,19 @@ class ImuAlignments:
         """Index and entry of each segment for which the model has a link."""
         known = self._known.get(segments)
         if known is None:
+            if len(self._known) == MOST_SETS:
+                self._known.clear()
             worn = [self._worn.setdefault(name, self._make_worn(name)) for name in segments]
             known = [(row, each) for row, each in enumerate(worn) if each.use.is_known]
             self._known[segments] = known
         return known
 
     def _make_worn(self, segment: str) -> _Worn:
-        name = self._model.segments.get(segment)
+        worn_on = self._worn_on.get(segment, "")
+        name = self._model.segments.get(worn_on or segment)
         return _Worn(
             link=NO_COLUMN if name is None else self._model.link_names.index(name),
-            use=ImuUse(segment=segment, is_known=name is not None),
+            use=ImuUse(segment=segment, is_known=name is not None, worn_on=worn_on),
             alignment=SegmentAlignment(
                 self._tuning,
                 is_arm=name is not None and name.endswith("arm"),

@@ -27,6 +27,7 @@ MOST_SIGMAS = 3.5  # [-] by which estimates of the same mounting differ
 @dataclass(kw_only=True)
 class _Estimates:
     first_ns: int
+    worn_on: str = ""  # see SensorToSegment
     reference: tuple[int, SensorToSegment] | None = None
     recent: deque[tuple[int, SensorToSegment]] = field(default_factory=deque)
     seen_ns: int | None = None  # when a slip showed
@@ -46,7 +47,10 @@ class AlignmentHistory:
             return
         self._last_ns = stamp_ns
         for segment, alignment in pipeline.sensor_to_segment.items():
-            own = self._estimates.setdefault(segment, _Estimates(first_ns=stamp_ns))
+            own = self._estimates.get(segment)
+            if own is None or own.worn_on != alignment.worn_on:
+                own = _Estimates(first_ns=stamp_ns, worn_on=alignment.worn_on)
+                self._estimates[segment] = own
             if own.seen_ns is not None:
                 continue
             if own.reference is None:
@@ -56,7 +60,8 @@ class AlignmentHistory:
                 if own.recent[0][0] >= own.reference[0]:
                     own.seen_ns = stamp_ns
                     continue
-                self._estimates[segment] = own = _Estimates(first_ns=stamp_ns)
+                own = _Estimates(first_ns=stamp_ns, worn_on=alignment.worn_on)
+                self._estimates[segment] = own
             own.recent.append((stamp_ns, alignment))
             while len(own.recent) > 1 and own.recent[1][0] <= stamp_ns - SHOWS_NS:
                 own.recent.popleft()

@@ -108,7 +108,8 @@ class Pipeline:
             shift = f"its clock is {_ahead(clock)} the others': corrected" if is_apart else ""
             span_ns = self._preprocessor.frames.first_ns, self.newest_ns
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
-            use.remark = "; ".join(filter(None, (rate, shift, silence)))
+            remarks = (_exchanged(use.worn_on), rate, shift, silence)
+            use.remark = "; ".join(filter(None, remarks))
         return tuple(uses[name] for name in sorted(self.imus.segments))
 
     @property
@@ -283,6 +284,14 @@ class Pipeline:
     def _predict(self, stamp_ns: int) -> None:
         imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self.newest_ns
         self._runner.predict(stamp_ns, newest_ns, imus)
+
+
+def _exchanged(worn_on: str) -> str:
+    """Where an exchanged IMU is worn, and what to do; empty for a segment's own."""
+    if not worn_on:
+        return ""
+    what = "exchange them on the body, or in the nodes file"
+    return f"it is exchanged with that of {worn_on}, and used there: {what}"
 
 
 def _ahead(clock: Clock) -> str:

@@ -40,7 +40,7 @@ class ExchangeCheck:
 
     def __init__(self) -> None:
         self._stamp_ns = 0
-        self._restart((), ())
+        self._restart((), {})
 
     def add(self, stamp_ns: int, positions: FloatArray, imus: ImuMeasurements) -> None:
         """Add one instant; those that follow within :data:`PERIOD_NS` are left out.
@@ -49,11 +49,11 @@ class ExchangeCheck:
             stamp_ns: The instant [ns].
             positions: Tracked joints by the cameras in map, without those of a side that the
                 filter has exchanged, (sensors, 15, 3) [m]; NaN otherwise.
-            imus: The IMUs at that instant; the sums restart if they, or their slips, change.
+            imus: The IMUs at that instant; the sums restart if there is a new one, or a slip.
         """
-        key = (imus.segments, *sorted(imus.slips.items()))
-        if key != self._key:
-            self._restart(key, imus.segments)
+        worn = [name for name in imus.segments if name in SEGMENT_ENDS]
+        if not self._row.keys() >= set(worn) or imus.slips != self._slips:
+            self._restart(tuple(sorted({*self._row, *worn})), imus.slips)
         since_ns = stamp_ns - self._stamp_ns
         if 0 <= since_ns < PERIOD_NS:
             return
@@ -65,44 +65,48 @@ class ExchangeCheck:
         rates = np.linalg.norm(imus.angular_velocity, axis=1)
         rate = float(np.max(rates, initial=0.0, where=np.isfinite(rates)))
         weight = dt_s / (self._variance + (LATE_S * rate) ** 2)
-        turned = np.swapaxes(imus.R_world_sensor[self._rows], 1, 2)[:, None] @ HEADING_PARTS
+        rows = [self._row[name] for name in worn]
+        R_world_sensor = imus.R_world_sensor[[imus.segments.index(name) for name in worn]]
+        turned = np.swapaxes(R_world_sensor, 1, 2)[:, None] @ HEADING_PARTS
         for joints in positions:
             bones = joints[self._ends[:, 0]] - joints[self._ends[:, 1]]
             length = np.linalg.norm(bones, axis=1)
             known = length > 0.0
             direction = np.where(known[:, None], bones, 0.0) / np.where(known, length, 1.0)[:, None]
             weights = np.where(known, weight, 0.0)
-            self._sums += turned @ (weights[:, None] * direction).T
-            self._weight += weights
+            self._sums[rows] += turned @ (weights[:, None] * direction).T
+            self._weight[rows] += weights
 
-    def _restart(self, key: tuple[object, ...], segments: tuple[str, ...]) -> None:
-        """Restart with the IMUs of these segments, those of known directions."""
-        self._key = key
-        self._segments = tuple(name for name in segments if name in SEGMENT_ENDS)
-        self._rows = np.array([segments.index(name) for name in self._segments], np.int64)
-        ends = [[JOINT_INDEX[joint] for joint in SEGMENT_ENDS[name]] for name in self._segments]
+    def _restart(self, segments: tuple[str, ...], slips: Mapping[str, int]) -> None:
+        """Restart with the IMUs of these segments; not every one has a sample at each instant."""
+        self._row = {segment: row for row, segment in enumerate(segments)}
+        self._slips = dict(slips)
+        ends = [[JOINT_INDEX[joint] for joint in SEGMENT_ENDS[name]] for name in segments]
         self._ends = np.array(ends, np.int64).reshape(-1, 2)
-        stddev = [TRUNK_STDDEV if name == "torso" else DIRECTION_STDDEV for name in self._segments]
+        stddev = [TRUNK_STDDEV if name == "torso" else DIRECTION_STDDEV for name in segments]
         self._variance = np.square(stddev)
-        count = len(self._segments)
+        count = len(segments)
         self._sums = np.zeros((count, 3, 3, count))  # sensor, part of R_z, axis, segment
-        self._weight = np.zeros(count)
+        self._weight = np.zeros((count, count))  # sensor, segment
 
     def exchanged(self) -> Mapping[str, str]:
         """Segments whose sensors are exchanged, each with the other one."""
-        if len(self._segments) < 2:
+        segments = tuple(self._row)
+        if len(segments) < 2:
             return {}
         fitted = np.einsum("hp,ipaj->hiaj", HEADINGS, self._sums)
         best = np.linalg.norm(fitted, axis=2).max(axis=0)
-        chi_square = 2.0 * (self._weight - best) / INDEPENDENT_S
-        own = np.diag(chi_square)
-        gain = own[:, None] + own - chi_square - chi_square.T
+        # Sensors without samples at some instants: all four misfits are taken for the same weight.
+        misfit = 2.0 * (1.0 - best / np.maximum(self._weight, 1e-9)) / INDEPENDENT_S
+        own, own_weight = np.diag(misfit), np.diag(self._weight)
+        weight = np.minimum(np.minimum.outer(own_weight, own_weight), self._weight)
+        gain = np.minimum(weight, weight.T) * (own[:, None] + own - misfit - misfit.T)
         found: dict[str, str] = {}
         for flat in np.argsort(gain, axis=None)[::-1].tolist():
             i, j = divmod(flat, len(own))
             if gain[i, j] <= EXCHANGE_GAIN:
                 break
-            one, other = self._segments[i], self._segments[j]
+            one, other = segments[i], segments[j]
             if one not in found and other not in found:
                 found.update({one: other, other: one})
         return found

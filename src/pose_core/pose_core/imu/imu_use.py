@@ -20,7 +20,7 @@ class ImuUse:
     heading_stddev: float = float("nan")  # [rad]
     is_known: bool = True  # whether the body model has a link for the segment
     is_unlike: bool = False  # whether its motion does not fit its segment
-    exchanged_with: str = ""  # segment whose IMU it is exchanged with
+    worn_on: str = ""  # the segment on which it is worn and used, if not its own
     refused: str = ""  # why the estimator cannot use it at all, and what to do
     remark: str = ""  # what is wrong with its samples, what is used instead, and its silences
 
@@ -31,11 +31,6 @@ class ImuUse:
             return self.refused
         if not self.is_known:
             return "the body model has no link for this segment: wear it on, or name, another one"
-        if self.exchanged_with:
-            there = self.exchanged_with
-            return (
-                f"exchanged with that of {there}: exchange them on the body, or in the nodes file"
-            )
         if self.is_aligned:
             return ""
         if self.is_unlike:

@@ -64,7 +64,7 @@ class SlipCheck:
         imus: ImuMeasurements,
         headings: FloatArray,
     ) -> None:
-        """Add one instant.
+        """Add one instant; the sums restart if there is a new IMU.
 
         Args:
             stamp_ns: The instant [ns].
@@ -73,8 +73,10 @@ class SlipCheck:
             imus: The IMUs at that instant.
             headings: Of their reference frames in map [rad], (imus,); NaN of those not aligned.
         """
-        if imus.segments != self._segments or len(positions) != len(self._last_ns):
-            self._restart(imus.segments, len(positions), stamp_ns)
+        is_new = any(segment not in self._row for segment in imus.segments)
+        if is_new or len(positions) != len(self._last_ns):
+            known = tuple(sorted({*self._row, *imus.segments}))
+            self._restart(known, len(positions), stamp_ns)
         if not 0 <= stamp_ns - self._bin_ns < BIN_NS:
             self._begin_bin(stamp_ns)
             self._slipped = self._judge()
@@ -85,23 +87,24 @@ class SlipCheck:
         if not due.any():
             return
         self._last_ns[due] = stamp_ns
+        rows = [self._row[segment] for segment in imus.segments]
         rates = np.linalg.norm(imus.angular_velocity, axis=1)
         late_variance = (LATE_S * rates)[:, None] ** 2
         parts = np.stack([np.ones_like(headings), np.cos(headings), np.sin(headings)])
         R_world_map = np.tensordot(parts, HEADING_PARTS, axes=(0, 0))
         R_map_sensor = np.swapaxes(R_world_map, 1, 2) @ imus.R_world_sensor
         for sensor in np.flatnonzero(due).tolist():
-            axes, variance = self._axes(positions[sensor])
+            axes, variance = (each[rows] for each in self._axes(positions[sensor]))
             weighted = (axes @ R_map_sensor) / (variance + late_variance)[..., None]
             weight = 1.0 / (variance + late_variance)
             known = np.isfinite(weighted).all(axis=2)
-            self._now[sensor, ..., :3] += np.where(known[..., None], weighted, 0.0)
-            self._now[sensor, ..., 3] += np.where(known, weight, 0.0)
+            self._now[sensor, rows, :, :3] += np.where(known[..., None], weighted, 0.0)
+            self._now[sensor, rows, :, 3] += np.where(known, weight, 0.0)
 
     def forget(self, segment: str) -> None:
         """Restart with a segment whose IMU is aligned anew."""
-        if segment in self._segments:
-            row = self._segments.index(segment)
+        if segment in self._row:
+            row = self._row[segment]
             for sums in (self._before, self._now, *self._last):
                 sums[:, row] = 0.0
             self._slipped = [each for each in self._slipped if each != segment]
@@ -117,15 +120,17 @@ class SlipCheck:
         information = 1.0 / DIRECTION_STDDEV**2
         is_known = last[..., 3] > LEAST_LAST * information
         is_known &= before[..., 3] > LEAST_BEFORE * information
-        rows = np.flatnonzero(is_known.any(axis=(0, 2)))
+        is_judged = is_known.any(axis=(0, 2))
         return [
-            self._segments[row]
-            for row in rows.tolist()
-            if _has_slipped(last[:, row], before[:, row], is_known[:, row])
+            segment
+            for segment, row in self._row.items()
+            if is_judged[row] and _has_slipped(last[:, row], before[:, row], is_known[:, row])
         ]
 
     def _restart(self, segments: tuple[str, ...], sensors: int, stamp_ns: int) -> None:
-        self._segments, self._bin_ns = segments, stamp_ns
+        """Restart with the IMUs of these segments; not every one has a sample at each instant."""
+        self._row = {segment: row for row, segment in enumerate(segments)}
+        self._bin_ns = stamp_ns
         self._slipped = ()
         self._last_ns = np.zeros(sensors, np.int64)
         self._now = np.zeros((sensors, len(segments), 2, 4))
@@ -161,8 +166,8 @@ class SlipCheck:
         axes = np.stack([start - end, hinge], axis=1)
         variance = np.full(axes.shape[:2], DIRECTION_STDDEV**2)
         variance[:, 1] = hinge_variance
-        if "torso" in self._segments:
-            row, (left, right) = self._segments.index("torso"), joints[_SHOULDERS]
+        if "torso" in self._row:
+            row, (left, right) = self._row["torso"], joints[_SHOULDERS]
             axes[row, 1], variance[row, 1] = left - right, DIRECTION_STDDEV**2
         with np.errstate(invalid="ignore"):
             return axes / np.linalg.norm(axes, axis=2, keepdims=True), variance

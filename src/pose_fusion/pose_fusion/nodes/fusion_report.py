@@ -40,6 +40,7 @@ class FusionReporter:
         idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
         checked = self._pipeline.subject.imus.orientations
         imus = {*self._silent_imus, *checked.jumping, *checked.saturated, *idle}
+        imus |= {f"{name}'s segment" for name in self._exchanged}
         imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
         names = {f"{sensor}'s names" for sensor in self._watch.faulty}
         missing = {*self.excluded, *self._watch.missing, *imus, *names}
@@ -90,6 +91,11 @@ class FusionReporter:
         return self._pipeline.subject.silent_imus if self._pipeline.parameters.use_imus else ()
 
     @property
+    def _exchanged(self) -> Sequence[str]:
+        """Segments whose IMU is worn on another one."""
+        return [use.segment for use in self._pipeline.subject.imu_uses if use.worn_on]
+
+    @property
     def excluded(self) -> Mapping[str, str]:
         """Sources whose stamps are implausible, and why."""
         return self._judge.set_aside if self._judge is not None else {}
@@ -125,6 +131,9 @@ class FusionReporter:
         if jumping := self._pipeline.subject.imus.orientations.jumping:
             what = "contradicts its gyroscope: check its strap, its segment and the device"
             yield f"the orientation of the IMU on {', '.join(jumping)} {what}"
+        if exchanged := self._exchanged:
+            what = "are exchanged, and used as they are worn: exchange them on the body"
+            yield f"the IMUs of {', '.join(exchanged)} {what}, or in the nodes file"
         faults = self._pipeline.subject.imus.contradicted_rates
         for fault in sorted(set(faults.values())):
             segments = ", ".join(segment for segment, own in faults.items() if own == fault)
