@@ -91,7 +91,7 @@ class ImuNoise:
     least_weight: float = 0.001  # [-] lower bound of an IMU's weight
     rate_stddev: float = 0.1  # [rad/s] of the gyroscope on its segment
     alignment_walk: float = 0.0006  # [rad/√s]
-    heading_walk: float = 0.001  # [rad/√s]
+    heading_walk: float = 0.006  # [rad/√s]
 
 
 @dataclass(frozen=True, kw_only=True)
