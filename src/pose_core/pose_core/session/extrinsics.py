@@ -15,6 +15,7 @@ from pose_core.errors import InputError
 from pose_core.streams.clocks import Clock
 from pose_core.transforms import inverse
 
+TRACKER_OFFSET_M = 0.015  # [m] of joints, which looks like a scale where people hardly move
 SAME_SCALE = 0.02  # [-] relative difference; of trackers with the right scale at most 0.011
 
 
@@ -38,7 +39,8 @@ class PairResiduals:
     @property
     def scale_differs(self) -> bool:
         """Whether one of the two trackers has a wrong scale."""
-        return abs(self.scale - 1.0) > SAME_SCALE
+        difference, size = abs(self.scale - 1.0), float(np.linalg.norm(self.spread))
+        return difference > SAME_SCALE and difference * size > TRACKER_OFFSET_M
 
     @property
     def all_inlier_share(self) -> float:
