@@ -1,7 +1,7 @@
 """Sensor-to-segment alignment of all IMUs of one body, with the state of each."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,11 +11,12 @@ from pose_core.estimates.observation import Observation
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
+from pose_core.filter.worn_imus import WornImu, WornImus
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
 from pose_core.imu.exchange_check import ExchangeCheck
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
-from pose_core.imu.sensor_alignment import AlignmentTuning, SegmentAlignment
+from pose_core.imu.sensor_alignment import AlignmentTuning
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.slip_check import SlipCheck
 from pose_core.stamps import NS_PER_S
@@ -25,24 +26,11 @@ CONTRADICTED_S = 0.5  # [s] of contradiction by the cameras after which an IMU i
 LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] a longer gap may be such a restart
-MOST_SETS = 100  # [-] of IMUs that had samples at one instant, which are remembered
 LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
 SYSTEMATIC_STDDEV = np.radians([3.3, 3.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
 noise; as measured on captured motion (docs/imus.md)."""
 MAX_HEADING_DEVIATION = 0.6  # [rad] largest deviation of their headings from the mean
-
-
-@dataclass(kw_only=True)
-class _Worn:
-    link: int
-    use: ImuUse
-    alignment: SegmentAlignment
-    knows_north: bool = False
-    last_ns: int | None = None
-    slips: int = 0  # number of slips handled so far
-    former_alignment: SensorToSegment | None = field(default=None)  # alignment before a restart
-    slipping_until_ns: int = 0  # [ns] it is known to slip before, and not used
 
 
 class ImuAlignments:
@@ -55,14 +43,11 @@ class ImuAlignments:
 
     def __init__(self, model: BodyModel, spine_bend: Mapping[str, float]) -> None:
         self._model = model
-        self._spine_bend = spine_bend
         self._tuning = AlignmentTuning()
         self._exchanges = ExchangeCheck()
         self._slips = SlipCheck()
-        self._worn: dict[str, _Worn] = {}
-        self._known: dict[tuple[str, ...], list[tuple[int, _Worn]]] = {}  # see _worn_by
+        self._imus = WornImus(model, self._tuning, spine_bend)
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
-        self._worn_on: dict[str, str] = {}  # segments of IMUs that are not worn on their own
         self._instants = 0
         self._observed_ns: int | None = None
         self._solved_ns: int | None = None
@@ -70,22 +55,22 @@ class ImuAlignments:
     @property
     def uses(self) -> tuple[ImuUse, ...]:
         """State of each IMU with samples, sorted by segment."""
-        for worn in self._worn.values():
+        for worn in self._imus:
             worn.use.instants = self._instants
-        return tuple(self._worn[name].use for name in sorted(self._worn))
+        return tuple(worn.use for worn in self._imus)
 
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Use alignments of a calibration; headings are still estimated from motion."""
         self._sensor_to_segment = dict(alignments)
         for segment, alignment in alignments.items():
             if alignment.worn_on:
-                self._wear(segment, alignment.worn_on)
+                self._imus.wear(segment, alignment.worn_on)
 
     def sensor_to_segment(self, state: FilterState) -> dict[str, SensorToSegment]:
         """The filter's estimate of each aligned IMU's alignment, by segment."""
         return {
-            segment: self._alignment_of(worn, state)
-            for segment, worn in self._worn.items()
+            worn.use.segment: self._alignment_of(worn, state)
+            for worn in self._imus
             if worn.use.is_aligned
         }
 
@@ -97,7 +82,7 @@ class ImuAlignments:
         """
         self._observed_ns = None
         self._slips = SlipCheck()
-        for worn in self._worn.values():
+        for worn in self._imus:
             worn.use.is_aligned = False
             if discard:
                 worn.alignment.clear()
@@ -112,7 +97,7 @@ class ImuAlignments:
             state: State of the filter before the update.
         """
         self._instants += 1
-        for row, worn in self._worn_by(imus.segments):
+        for row, worn in self._imus.with_link(imus.segments):
             self._slip_as_known(stamp_ns, worn, state)
             if stamp_ns < worn.slipping_until_ns:
                 worn.slips = imus.slips.get(worn.use.segment, 0)
@@ -130,7 +115,7 @@ class ImuAlignments:
 
     def frame(self, imus: ImuMeasurements) -> ImuFrame:
         """Measurements of the aligned IMUs for the filter."""
-        aligned = [each for each in self._worn_by(imus.segments) if each[1].use.is_aligned]
+        aligned = [each for each in self._imus.with_link(imus.segments) if each[1].use.is_aligned]
         if imus.slips:
             aligned = [each for each in aligned if not self._has_slipped(each[1], imus)]
         if not aligned:
@@ -159,10 +144,7 @@ class ImuAlignments:
         stamp_ns, imus = observation.stamp_ns, observation.imus
         # Where the filter has exchanged sides, either the tracker or the IMUs are wrong.
         as_measured = np.where(tracked == observation.positions, tracked, np.nan)
-        as_worn = imus
-        if self._worn_on:
-            segments = tuple(self._worn_on.get(name, name) for name in imus.segments)
-            as_worn = replace(imus, segments=segments)
+        as_worn = replace(imus, segments=self._imus.worn_on(imus.segments))
         self._exchanges.add(stamp_ns, as_measured, as_worn)
         headings = self._headings(imus.segments, state)
         self._slips.add(stamp_ns, tracked, as_worn, headings)
@@ -171,7 +153,7 @@ class ImuAlignments:
             self._solved_ns = stamp_ns
             return state
         dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
-        for row, worn in self._worn_by(imus.segments):
+        for row, worn in self._imus.with_link(imus.segments):
             if worn.use.is_aligned:
                 self._check(worn, state)
                 continue
@@ -198,8 +180,8 @@ class ImuAlignments:
         if exchanged:
             self._exchange(exchanged, state)
         slipped = self._slips.slipped
-        for _, worn in self._worn_by(segments):
-            if (worn.use.worn_on or worn.use.segment) in slipped:
+        for _, worn in self._imus.with_link(segments):
+            if worn.worn_on in slipped:
                 self._forget(worn, state)
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
             if not worn.use.is_aligned:
@@ -231,26 +213,17 @@ class ImuAlignments:
             exchanged: The other one's segment, by the segment on which each was taken to be worn.
             state: State of the filter.
         """
-        for segment, worn in self._worn.items():
-            there = exchanged.get(worn.use.worn_on or segment)
+        for worn in self._imus:
+            there = exchanged.get(worn.worn_on)
             if there is not None:
-                self._set_aside(worn, state)
+                if worn.use.is_known:
+                    self._set_aside(worn, state)
                 worn.former_alignment = None
-                self._sensor_to_segment.pop(segment, None)
-                self._wear(segment, there)
+                self._sensor_to_segment.pop(worn.use.segment, None)
+                self._imus.wear(worn.use.segment, there)
         self._exchanges = ExchangeCheck()  # its sums are of the former segments
 
-    def _wear(self, segment: str, worn_on: str) -> None:
-        """Take an IMU to be worn on a segment."""
-        self._worn_on[segment] = worn_on
-        if worn_on == segment:
-            del self._worn_on[segment]
-        if segment in self._worn:
-            former, worn = self._worn[segment], self._make_worn(segment)
-            former.link, former.alignment = worn.link, worn.alignment
-            former.use.worn_on = worn.use.worn_on
-
-    def _check(self, worn: _Worn, state: FilterState) -> None:
+    def _check(self, worn: WornImu, state: FilterState) -> None:
         """Realign an IMU that the cameras contradict, after its parent's."""
         if state.contradicted_s[worn.link] < CONTRADICTED_S:
             return
@@ -259,11 +232,11 @@ class ImuAlignments:
         self._forget(worn, state)
 
     @staticmethod
-    def _has_slipped(worn: _Worn, imus: ImuMeasurements) -> bool:
+    def _has_slipped(worn: WornImu, imus: ImuMeasurements) -> bool:
         """Whether an IMU has slipped since its last realignment."""
         return imus.slips.get(worn.use.segment, 0) > worn.slips
 
-    def _forget(self, worn: _Worn, state: FilterState) -> None:
+    def _forget(self, worn: WornImu, state: FilterState) -> None:
         """Discard an IMU's alignment after it slipped."""
         worn.use.contradictions += 1
         worn.former_alignment = None
@@ -271,7 +244,7 @@ class ImuAlignments:
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
 
-    def _slip_as_known(self, stamp_ns: int, worn: _Worn, state: FilterState) -> None:
+    def _slip_as_known(self, stamp_ns: int, worn: WornImu, state: FilterState) -> None:
         """Exclude an IMU while it slips, where this is known in advance."""
         known = self._sensor_to_segment.get(worn.use.segment)
         if known is None or known.slip is None or stamp_ns < known.slip.begin_ns:
@@ -280,11 +253,11 @@ class ImuAlignments:
         self._sensor_to_segment[worn.use.segment] = known.slip.after
         worn.slipping_until_ns = known.slip.end_ns
 
-    def _set_aside(self, worn: _Worn, state: FilterState) -> None:
+    def _set_aside(self, worn: WornImu, state: FilterState) -> None:
         """Exclude an IMU until it is realigned."""
         worn.use.is_aligned = False
         worn.alignment.clear()
-        self._slips.forget(worn.use.worn_on or worn.use.segment)
+        self._slips.forget(worn.worn_on)
         column = int(state.imu_column[worn.link])
         if column != NO_COLUMN:
             own = slice(column, column + IMU_STATES)
@@ -294,16 +267,16 @@ class ImuAlignments:
     def _headings(self, segments: tuple[str, ...], state: FilterState) -> FloatArray:
         """Headings of the aligned IMUs' reference frames [rad], (imus,); NaN of the others."""
         headings = np.full(len(segments), np.nan)
-        for row, worn in self._worn_by(segments):
+        for row, worn in self._imus.with_link(segments):
             if worn.use.is_aligned:
                 headings[row] = state.heading[worn.link]
         return headings
 
-    def _north(self, worn: _Worn, state: FilterState) -> float | None:
+    def _north(self, worn: WornImu, state: FilterState) -> float | None:
         """Heading [rad] of the world common to this IMU and aligned ones; None if unknown."""
         others = [
             state.heading[each.link]
-            for each in self._worn.values()
+            for each in self._imus
             if each.use.is_aligned and each.knows_north
         ]
         if not worn.knows_north or len(others) < LEAST_OTHERS:
@@ -312,17 +285,17 @@ class ImuAlignments:
         apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
         return float(mean) if np.median(apart) < MAX_HEADING_DEVIATION else None
 
-    def _is_parent_contradicted(self, worn: _Worn, state: FilterState) -> bool:
+    def _is_parent_contradicted(self, worn: WornImu, state: FilterState) -> bool:
         """Whether the parent link has an aligned IMU that is contradicted too."""
         parent = self._model.links[self._model.link_names[worn.link]].parent
         if parent is None:
             return False
         above = self._model.link_names.index(parent)
-        has_imu = any(e.link == above and e.use.is_aligned for e in self._worn.values())
+        has_imu = any(e.link == above and e.use.is_aligned for e in self._imus)
         return has_imu and bool(state.contradicted_s[above] > 0.5 * CONTRADICTED_S)
 
     @staticmethod
-    def _alignment_of(worn: _Worn, state: FilterState) -> SensorToSegment:
+    def _alignment_of(worn: WornImu, state: FilterState) -> SensorToSegment:
         """The filter's estimate of an aligned IMU's alignment."""
         column = int(state.imu_column[worn.link])
         variance = np.diag(state.P)[column : column + 3]
@@ -333,34 +306,10 @@ class ImuAlignments:
             worn_on=worn.use.worn_on,
         )
 
-    def _store_uncertainty(self, worn: _Worn, state: FilterState) -> None:
+    def _store_uncertainty(self, worn: WornImu, state: FilterState) -> None:
         """Store an aligned IMU's uncertainty, with the part that no average reduces."""
         column = int(state.imu_column[worn.link])
         filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
         x, y, z, heading = np.sqrt(filtered + SYSTEMATIC_STDDEV**2)
         worn.use.tilt_stddev, worn.use.turn_stddev = float(max(x, y)), float(z)
         worn.use.heading_stddev = float(heading)
-
-    def _worn_by(self, segments: tuple[str, ...]) -> list[tuple[int, _Worn]]:
-        """Index and entry of each segment for which the model has a link."""
-        known = self._known.get(segments)
-        if known is None:
-            if len(self._known) == MOST_SETS:
-                self._known.clear()
-            worn = [self._worn.setdefault(name, self._make_worn(name)) for name in segments]
-            known = [(row, each) for row, each in enumerate(worn) if each.use.is_known]
-            self._known[segments] = known
-        return known
-
-    def _make_worn(self, segment: str) -> _Worn:
-        worn_on = self._worn_on.get(segment, "")
-        name = self._model.segments.get(worn_on or segment)
-        return _Worn(
-            link=NO_COLUMN if name is None else self._model.link_names.index(name),
-            use=ImuUse(segment=segment, is_known=name is not None, worn_on=worn_on),
-            alignment=SegmentAlignment(
-                self._tuning,
-                is_arm=name is not None and name.endswith("arm"),
-                bend=self._spine_bend.get(name or "", 0.0),
-            ),
-        )

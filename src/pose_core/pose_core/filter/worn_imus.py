@@ -1,0 +1,92 @@
+"""The IMUs of one body, and the segment on which each is worn: its own, or an exchanged one."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from pose_core.body.model import BodyModel
+from pose_core.filter.state import NO_COLUMN
+from pose_core.imu.imu_use import ImuUse
+from pose_core.imu.sensor_alignment import AlignmentTuning, SegmentAlignment
+from pose_core.imu.sensor_to_segment import SensorToSegment
+
+MOST_SETS = 100  # [-] of IMUs that had samples at one instant, which are remembered
+
+
+@dataclass(kw_only=True)
+class WornImu:
+    """One IMU, with what is known of its alignment."""
+
+    link: int
+    use: ImuUse
+    alignment: SegmentAlignment
+    knows_north: bool = False
+    last_ns: int | None = None
+    slips: int = 0  # number of slips handled so far
+    former_alignment: SensorToSegment | None = None  # alignment before a restart
+    slipping_until_ns: int = 0  # [ns] it is known to slip before, and not used
+
+    @property
+    def worn_on(self) -> str:
+        """The segment on which it is worn."""
+        return self.use.worn_on or self.use.segment
+
+
+class WornImus:
+    """Every IMU with samples, by the segment that it is named after.
+
+    Args:
+        model: The body model, which gives the segments' links.
+        tuning: Of the alignments.
+        spine_bend: See :class:`pose_core.filter.tuning.ImuNoise`.
+    """
+
+    def __init__(
+        self, model: BodyModel, tuning: AlignmentTuning, spine_bend: Mapping[str, float]
+    ) -> None:
+        self._model, self._tuning, self._spine_bend = model, tuning, spine_bend
+        self._imus: dict[str, WornImu] = {}
+        self._exchanged: dict[str, str] = {}  # where those are worn that are not on their own
+        self._with_link: dict[tuple[str, ...], list[tuple[int, WornImu]]] = {}  # see with_link
+
+    def __iter__(self) -> Iterator[WornImu]:
+        """All of them, sorted by name."""
+        return (self._imus[name] for name in sorted(self._imus))
+
+    def with_link(self, segments: tuple[str, ...]) -> list[tuple[int, WornImu]]:
+        """Index and IMU of each of these names, where the model has a link to wear it on."""
+        found = self._with_link.get(segments)
+        if found is None:
+            if len(self._with_link) == MOST_SETS:
+                self._with_link.clear()
+            imus = [self._imus.setdefault(name, self._make(name)) for name in segments]
+            found = [(row, imu) for row, imu in enumerate(imus) if imu.use.is_known]
+            self._with_link[segments] = found
+        return found
+
+    def worn_on(self, segments: Sequence[str]) -> tuple[str, ...]:
+        """The segments on which the IMUs of these names are worn."""
+        return tuple(self._exchanged.get(name, name) for name in segments)
+
+    def wear(self, segment: str, worn_on: str) -> None:
+        """Take an IMU to be worn on another segment from now on, or on its own again."""
+        self._exchanged[segment] = worn_on
+        if worn_on == segment:
+            del self._exchanged[segment]
+        if segment in self._imus:
+            imu, there = self._imus[segment], self._make(segment)
+            imu.link, imu.alignment = there.link, there.alignment
+            imu.use.worn_on, imu.use.is_known = there.use.worn_on, there.use.is_known
+            self._with_link.clear()
+
+    def _make(self, segment: str) -> WornImu:
+        worn_on = self._exchanged.get(segment, "")
+        name = self._model.segments.get(worn_on or segment)
+        return WornImu(
+            link=NO_COLUMN if name is None else self._model.link_names.index(name),
+            use=ImuUse(segment=segment, is_known=name is not None, worn_on=worn_on),
+            alignment=SegmentAlignment(
+                self._tuning,
+                is_arm=name is not None and name.endswith("arm"),
+                bend=self._spine_bend.get(name or "", 0.0),
+            ),
+        )
