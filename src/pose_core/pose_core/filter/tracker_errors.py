@@ -28,7 +28,7 @@ from pose_core.kernels.compiling import compiled, compiled_in_place
 SMOOTHED_NIS_CLIP = 400.0  # [-] to which a joint's NIS is clipped before it is smoothed
 LONGEST_GAP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
 SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.2  # [s] of a tracker
-DELAY_GAIN = 1.5  # [-] the state follows a late camera in part, so the residual is too small
+DELAY_GAIN = 2.2  # [-] the state follows a late camera in part, so the residual is too small
 CONTRADICTED = 25.0  # [-] smoothed NIS above which the cameras contradict a link
 
 
