@@ -14,6 +14,7 @@ from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
 from pose_core.filter.worn_imus import WornImu, WornImus
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
 from pose_core.imu.exchange_check import ExchangeCheck
+from pose_core.imu.heading_walk import SOUND
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import AlignmentTuning
@@ -30,6 +31,7 @@ LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
 SYSTEMATIC_STDDEV = np.radians([3.3, 3.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
 noise; as measured on captured motion (docs/imus.md)."""
+WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return
 MAX_HEADING_DEVIATION = 0.6  # [rad] largest deviation of their headings from the mean
 
 
@@ -108,6 +110,10 @@ class ImuAlignments:
             worn.knows_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
             worn.last_ns = stamp_ns
+            if worn.use.is_aligned and worn.use.segment in imus.heading_walks:
+                walk = WALK_SHARE * (imus.heading_walks[worn.use.segment] - SOUND)
+                heading = state.imu_column[worn.link] + 3
+                state.P[heading, heading] += walk**2 * max(gap_ns, 0) / NS_PER_S
             if gap_ns > LONGEST_GAP_NS and not worn.knows_north:
                 if worn.use.is_aligned:
                     worn.former_alignment = self._alignment_of(worn, state)

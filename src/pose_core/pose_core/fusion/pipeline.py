@@ -9,6 +9,8 @@ two observations it is predicted live, and interpolated for a recording.
 
 from collections.abc import Callable, Iterable, Mapping
 
+import numpy as np
+
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
@@ -108,7 +110,8 @@ class Pipeline:
             shift = f"its clock is {_ahead(clock)} the others': corrected" if is_apart else ""
             span_ns = self._preprocessor.frames.first_ns, self.newest_ns
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
-            remarks = (_exchanged(use.worn_on), rate, shift, silence)
+            field = _disturbed(self.imus.headings.disturbed.get(name))
+            remarks = (_exchanged(use.worn_on), rate, shift, field, silence)
             use.remark = "; ".join(filter(None, remarks))
         return tuple(uses[name] for name in sorted(self.imus.segments))
 
@@ -292,6 +295,14 @@ def _exchanged(worn_on: str) -> str:
         return ""
     what = "exchange them on the body, or in the nodes file"
     return f"it is exchanged with that of {worn_on}, and used there: {what}"
+
+
+def _disturbed(walk: float | None) -> str:
+    """What a heading's walk [rad/√s] tells of the magnetic field; empty if it is undisturbed."""
+    if walk is None:
+        return ""
+    what = f"its heading walks by {np.degrees(walk):.0f}° within a second against its gyroscope"
+    return f"its magnetic field is disturbed, {what}: keep it from metal and motors"
 
 
 def _ahead(clock: Clock) -> str:

@@ -32,6 +32,8 @@ class ImuMeasurements:
     stddev: FloatArray  # (n, 3) [rad] about the axes of their reference frames
     age_s: FloatArray  # (n,) [s] for which each is extrapolated by the gyroscope
     slips: Mapping[str, int] = field(default_factory=dict)  # so far, of those that have slipped
+    heading_walks: Mapping[str, float] = field(default_factory=dict)
+    """Walks of headings [rad/√s] that are larger than in an undisturbed field."""
     replaced_rates: frozenset[str] = frozenset()  # whose rates are the orientation's change
 
     def __len__(self) -> int:

@@ -35,6 +35,7 @@ class CapturedSpec:
     delays_s: tuple[float, float] | None = None  # [s] of the trackers; None: each model's own
     clock_offset_s: float = 0.0  # [s] by which the right camera's clock is ahead
     worn: tuple[str, ...] = NINE  # segments with an IMU
+    imu: ImuModel = ImuModel()
 
     @property
     def models(self) -> tuple[TrackerModel, TrackerModel]:
@@ -106,7 +107,7 @@ def make_captured_session(spec: CapturedSpec) -> CapturedSession:
         clip=clip,
         T_map_sensor=places,
         frames=frames,
-        imus=wear(clip, ImuModel(), rng, spec.worn),
+        imus=wear(clip, spec.imu, rng, spec.worn),
     )
 
 

@@ -1,0 +1,156 @@
+r"""Measures how far each IMU's heading walks, as in a disturbed magnetic field.
+
+The heading changes against the gyroscope by :math:`\delta` in a second. A gyroscope's bias gives
+:math:`\delta` its mean, and what moves to and fro under the strap does not add up. A walk does: the
+variance of the change within n seconds grows by :math:`w^2` for each second,
+
+.. math:: w^2 = (\operatorname{var} \delta_4 - \operatorname{var} \delta_1) / 3
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.arrays import FloatArray
+from pose_core.imu.imu_rows import rows_of_block
+from pose_core.imu.orientation_check import integrated_orientation, product
+from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import ImuBlock
+
+LONGEST_STEP_S = 0.1  # [s] the gyroscope is not integrated over longer gaps
+LONG = 4  # [s]
+KEPT = float(np.exp(-1.0 / 60.0))  # [-] of the sums after a second
+SOUND = np.radians(1.5)  # [rad/√s] walk of IMUs in an undisturbed field, at most
+DISTURBED = np.radians(2.5)  # [rad/√s] from which on the field is named
+
+
+class _WalkMemory(NamedTuple):
+    """Memory of each IMU."""
+
+    stamp_ns: NDArray[np.int64]  # (imus,) of the last sample; 0: none
+    orientation: FloatArray  # (imus, 4) of the last sample
+    rate: FloatArray  # (imus, 3) [rad/s] of the last sample
+    heading: FloatArray  # (imus,) [rad] against the gyroscope
+    since_s: FloatArray  # (imus,) [s] since the last second began
+    seconds: NDArray[np.int64]  # (imus,) number of complete seconds
+    past: FloatArray  # (imus, LONG + 1) heading at the end of the last seconds, the last one first
+    short: FloatArray  # (imus, 3) weight, sum and sum of squares of the changes in a second
+    long: FloatArray  # (imus, 3) the same of those in ``LONG`` seconds
+    variance: FloatArray  # (imus,) [rad²/s] of the walk
+
+
+class HeadingWalks:
+    """The walk of each IMU's heading."""
+
+    def __init__(self) -> None:
+        self._segments: list[str] = []
+        self._memory = _make_memory(0)
+        self._watch_samples = type_specialised(watch_samples)
+
+    @property
+    def unsound(self) -> Mapping[str, float]:
+        """Walks [rad/√s] that are larger than in an undisturbed field, by segment."""
+        rows = np.flatnonzero(self._memory.variance > SOUND**2).tolist()
+        return {self._segments[i]: float(np.sqrt(self._memory.variance[i])) for i in rows}
+
+    @property
+    def disturbed(self) -> Mapping[str, float]:
+        """Walks [rad/√s] of the IMUs whose magnetic field is disturbed, by segment."""
+        return {segment: walk for segment, walk in self.unsound.items() if walk > DISTURBED}
+
+    def add(self, block: ImuBlock) -> None:
+        """Take samples into account."""
+        self._memory, imu = rows_of_block(block, self._segments, self._memory, _make_memory)
+        self._watch_samples(
+            self._memory,
+            imu,
+            np.ascontiguousarray(block.stamps_ns),
+            np.ascontiguousarray(block.orientation),
+            np.ascontiguousarray(block.angular_velocity),
+        )
+
+
+def _make_memory(imus: int) -> _WalkMemory:
+    return _WalkMemory(
+        stamp_ns=np.zeros(imus, np.int64),
+        orientation=np.zeros((imus, 4)),
+        rate=np.zeros((imus, 3)),
+        heading=np.zeros(imus),
+        since_s=np.zeros(imus),
+        seconds=np.zeros(imus, np.int64),
+        past=np.zeros((imus, LONG + 1)),
+        short=np.zeros((imus, 3)),
+        long=np.zeros((imus, 3)),
+        variance=np.zeros(imus),
+    )
+
+
+@compiled_in_place
+def watch_samples(
+    memory: _WalkMemory,
+    imu: NDArray[np.int64],
+    stamps_ns: NDArray[np.int64],
+    orientation: FloatArray,
+    rate: FloatArray,
+) -> None:
+    """Take samples into account, one after the other.
+
+    Args:
+        memory: Memory of the IMUs; updated.
+        imu: Index of each sample's IMU, (n,).
+        stamps_ns: (n,).
+        orientation: (n, 4), x y z w.
+        rate: (n, 3) [rad/s].
+    """
+    for row in range(len(imu)):
+        i = imu[row]
+        dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
+        if 0.0 < dt_s <= LONGEST_STEP_S:
+            x, y, z, w = integrated_orientation(
+                memory.orientation[i], memory.rate[i], rate[row], dt_s
+            )
+            a, b, c, d = orientation[row]
+            _, _, up, cosine = product((a, b, c, d), (-x, -y, -z, w))
+            memory.heading[i] += 2.0 * up if cosine > 0.0 else -2.0 * up
+            memory.since_s[i] += dt_s
+            if memory.since_s[i] >= 1.0:
+                memory.since_s[i] -= 1.0
+                end_second(memory, i)
+        memory.stamp_ns[i] = stamps_ns[row]
+        for k in range(4):
+            memory.orientation[i, k] = orientation[row, k]
+        for k in range(3):
+            memory.rate[i, k] = rate[row, k]
+
+
+@compiled_in_place
+def end_second(memory: _WalkMemory, i: int) -> None:
+    """Update the walk of one IMU at the end of a second."""
+    past, short, long = memory.past[i], memory.short[i], memory.long[i]
+    for k in range(LONG, 0, -1):
+        past[k] = past[k - 1]
+    past[0] = memory.heading[i]
+    memory.seconds[i] += 1
+    if memory.seconds[i] > 1:
+        add_change(short, past[0] - past[1])
+    if memory.seconds[i] > LONG:
+        add_change(long, past[0] - past[LONG])
+        mean = short[1] / short[0]
+        grown = variance_about(long, LONG * mean) - variance_about(short, mean)
+        memory.variance[i] = max(0.0, grown / (LONG - 1))
+
+
+@compiled_in_place
+def add_change(sums: FloatArray, change: float) -> None:
+    """Add a change of the heading [rad] to weight, sum and sum of squares, (3,)."""
+    for k in range(3):
+        sums[k] = KEPT * sums[k] + change**k
+
+
+@compiled_in_place
+def variance_about(sums: FloatArray, mean: float) -> float:
+    """Mean square about a mean [rad²] of changes whose sums are given, (3,)."""
+    return (sums[2] - 2.0 * mean * sums[1]) / sums[0] + mean**2
