@@ -102,7 +102,7 @@ class BagFrames:
         """A batch's frames with their places in it, and the samples of IMUs with theirs."""
         places: dict[str, list[int]] = defaultdict(list)
         for place, message in enumerate(batch):
-            places[message.topic].append(place)
+            places[message.connection.topic].append(place)
         block, block_places = self._imu_rows(batch, places)
         found = [
             (place, persons)

@@ -30,9 +30,8 @@ def cloud(rng, count=60):
 def test_exact_points_give_the_exact_transform(seed):
     rng = np.random.default_rng(seed)
     T, source = random_transform(rng), cloud(rng)
-    estimate, rms = estimate_rigid_transform(source, transformed(T, source))
+    estimate = estimate_rigid_transform(source, transformed(T, source))
     np.testing.assert_allclose(estimate, T, atol=1e-9)
-    assert rms < 1e-9
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -41,7 +40,7 @@ def test_the_rotation_is_proper_whatever_the_points(seed):
     source, target = cloud(rng), cloud(rng)
     target[:, 0] *= -1.0  # a mirror image tempts to a reflection
     for T in (
-        estimate_rigid_transform(source, target)[0],
+        estimate_rigid_transform(source, target),
         estimate_rigid_transform_robustly(source, target).T_target_source,
     ):
         np.testing.assert_allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-9)
@@ -54,8 +53,8 @@ def test_exchanging_the_clouds_inverts_the_transform(seed):
     rng = np.random.default_rng(seed)
     source = cloud(rng)
     target = transformed(random_transform(rng), source) + rng.normal(0.0, 0.01, source.shape)
-    forth, _ = estimate_rigid_transform(source, target)
-    back, _ = estimate_rigid_transform(target, source)
+    forth = estimate_rigid_transform(source, target)
+    back = estimate_rigid_transform(target, source)
     np.testing.assert_allclose(back, inverse(forth), atol=1e-9)
 
 
@@ -65,8 +64,8 @@ def test_moving_the_target_moves_the_transform(seed):
     source = cloud(rng)
     target = transformed(random_transform(rng), source) + rng.normal(0.0, 0.01, source.shape)
     moved = random_transform(rng)
-    plain, _ = estimate_rigid_transform(source, target)
-    after, _ = estimate_rigid_transform(source, transformed(moved, target))
+    plain = estimate_rigid_transform(source, target)
+    after = estimate_rigid_transform(source, transformed(moved, target))
     np.testing.assert_allclose(after, moved @ plain, atol=1e-8)
 
 
@@ -76,7 +75,9 @@ def test_least_squares_beats_every_nearby_transform(seed):
     source = cloud(rng)
     weights = rng.uniform(0.1, 1.0, len(source))
     target = transformed(random_transform(rng), source) + rng.normal(0.0, 0.02, source.shape)
-    T, rms = estimate_rigid_transform(source, target, weights)
+    T = estimate_rigid_transform(source, target, weights)
+    best = np.linalg.norm(target - transformed(T, source), axis=1)
+    rms = np.sqrt(np.average(best**2, weights=weights))
     for _ in range(20):
         nudge = np.eye(4)
         nudge[:3, :3] = Rotation.from_rotvec(rng.normal(0.0, 0.01, 3)).as_matrix()
@@ -115,7 +116,7 @@ def test_points_of_weight_zero_do_not_count():
     target[:20] = 1e3
     weights = np.ones(len(source))
     weights[:20] = 0.0
-    np.testing.assert_allclose(estimate_rigid_transform(source, target, weights)[0], T, atol=1e-9)
+    np.testing.assert_allclose(estimate_rigid_transform(source, target, weights), T, atol=1e-9)
 
 
 def test_two_points_are_refused():

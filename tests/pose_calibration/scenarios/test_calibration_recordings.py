@@ -71,7 +71,7 @@ def test_the_first_half_calibrates_the_second_about_as_well_as_the_second_itself
     left, right = views(second, extrinsics.clocks)
     calibrated = distances(left, transformed(extrinsics.T_reference_sensor["right"], right))
     known = np.isfinite(left + right).all(axis=2)
-    T_best, _ = estimate_rigid_transform(right[known], left[known])
+    T_best = estimate_rigid_transform(right[known], left[known])
     best = distances(left, transformed(T_best, right))
 
     assert calibrated.mean() < mean_m

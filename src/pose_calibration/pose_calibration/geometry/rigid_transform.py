@@ -56,7 +56,7 @@ def spread(points: FloatArray, weights: FloatArray | None = None) -> FloatArray:
 
 def estimate_rigid_transform(
     source: FloatArray, target: FloatArray, weights: FloatArray | None = None
-) -> tuple[FloatArray, float]:
+) -> FloatArray:
     """Estimate the transform between two clouds of matched points by weighted least squares.
 
     Args:
@@ -65,7 +65,7 @@ def estimate_rigid_transform(
         weights: Shape (n,) [-], equal ones if None.
 
     Returns:
-        ``T_target_source``, shape (4, 4), and the weighted RMS residual [m].
+        ``T_target_source``, shape (4, 4).
 
     Raises:
         CalibrationError: If there are fewer than three points, or they are (nearly) collinear.
@@ -91,9 +91,7 @@ def estimate_rigid_transform(
                 + " m along the principal axes): move the arms away from the trunk, walk about, "
                 "and calibrate again"
             )
-    T = best_rigid_transform(source, target, weights)
-    squares = _squared_lengths(target - transformed(T, source))
-    return T, float(np.sqrt(np.average(squares, weights=weights)))
+    return best_rigid_transform(source, target, weights)
 
 
 def estimate_rigid_transform_robustly(source: FloatArray, target: FloatArray) -> RobustFit:
@@ -113,12 +111,12 @@ def estimate_rigid_transform_robustly(source: FloatArray, target: FloatArray) ->
     References:
         Rousseeuw (1984), JASA 79(388); Holland and Welsch (1977), Comm. Stat. A6(9).
     """
-    T, _ = estimate_rigid_transform(source, target)
+    T = estimate_rigid_transform(source, target)
     T = _best_hypothesis(source, target, T)
     for _ in range(MAX_ITERATIONS):
         _, robust = _reweighted(T, source, target)
         previous = T
-        T, _ = estimate_rigid_transform(source, target, robust)
+        T = estimate_rigid_transform(source, target, robust)
         moved = transformed(T - previous, source)
         if np.sqrt(_squared_lengths(moved).mean()) < CONVERGED_M:
             break

@@ -65,12 +65,12 @@ class ImuMemory:
     def add(self, block: ImuBlock) -> None:
         """Append samples, at least :data:`EVERY_NS` apart."""
         block = self._bursts.restored(block)
-        for row, stamp_ns in enumerate(block.stamps_ns.tolist()):
-            segment = block.segments[block.imu[row]]
-            if segment in SEGMENT_ENDS:
-                self._add(segment, stamp_ns, block.orientation[row])
+        samples = zip(block.imu.tolist(), block.stamps_ns.tolist(), strict=True)
+        for row, (imu, stamp_ns) in enumerate(samples):
+            if block.segments[imu] in SEGMENT_ENDS:
+                self._add(block.segments[imu], stamp_ns, block.orientation, row)
 
-    def _add(self, segment: str, stamp_ns: int, quaternion: FloatArray) -> None:
+    def _add(self, segment: str, stamp_ns: int, orientation: FloatArray, row: int) -> None:
         stamps = self._stamps.setdefault(segment, [])
         quaternions = self._quaternions.setdefault(segment, [])
         if stamps and -JUMP_BACK_NS < stamp_ns - stamps[-1] < EVERY_NS:
@@ -79,7 +79,7 @@ class ImuMemory:
             stamps.clear()  # the clock was set back, or a recording restarted
             quaternions.clear()
         stamps.append(stamp_ns)
-        quaternions.append(quaternion)
+        quaternions.append(orientation[row])
         if stamps[-1] - stamps[0] > 2 * self._reach_ns:
             old = sum(stamp < stamps[-1] - self._reach_ns for stamp in stamps)
             del stamps[:old], quaternions[:old]

@@ -167,7 +167,7 @@ class DefaultEstimator(StepwiseEstimator):
         if state is None or not stamps_ns:
             return []
         ages_s = (self._stamp_ns - np.array(stamps_ns)) / NS_PER_S
-        information = self._last_information(state, 0.0, np.flatnonzero(state.has_imu))
+        information = self._last_information(state, 0.0, state.has_imu)
         states = self._filter.interpolated(ages_s, information, variance_scale(self._nis))
         if states is None:
             return []
@@ -178,11 +178,11 @@ class DefaultEstimator(StepwiseEstimator):
         ]
 
     def _last_information(
-        self, state: FilterState, ahead_s: float, links: NDArray[np.int64]
+        self, state: FilterState, ahead_s: float, links: NDArray[np.int64] | NDArray[np.bool_]
     ) -> FloatArray:
         """Information of the last updates: cameras that still send, IMUs of these links."""
         information = self._no_information()
-        if state.silent_s.min() + ahead_s < SILENT_S:
+        if min(state.silent_s.tolist()) + ahead_s < SILENT_S:
             information[0] = self._information[0]
         information[1, links] = self._information[1, links]
         return information
@@ -267,8 +267,8 @@ class DefaultEstimator(StepwiseEstimator):
             self.counters.add("limbs_turned_back", result.turned_back)
             self._information[0] = information[0]
             if tracked is not None:
-                is_tracked = frame.tracking_state == TrackingState.TRACKED
-                tracked[sensor, is_tracked] = frame.positions[is_tracked]
+                is_tracked = frame.tracking_state[:, None] == int(TrackingState.TRACKED)
+                np.copyto(tracked[sensor], frame.positions, where=is_tracked)
         if tracked is not None and not is_late:
             state = self._alignments.observe(observation, tracked, self._filter.state)
             self._filter.state = state

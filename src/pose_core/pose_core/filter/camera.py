@@ -116,9 +116,8 @@ def add_camera(
         for axis in range(3):
             rows.noise[group, axis, axis] = variance
         linearise_joint(constants.body, joint, view.levers, state.P, H, shift, rows.noise[group])
-        for axis in range(3):
-            for k in range(layout.first_slide):
-                H[axis, layout.first_rate + k] = -frame.late_s * H[axis, k]
+        if frame.late_s > 0.0:
+            H[:, layout.first_rate : layout.body_size] = -frame.late_s * H[:, : layout.first_slide]
         joint_residual(state, frame, joint, view.positions[joint] + shift, c, s, residual)
 
 

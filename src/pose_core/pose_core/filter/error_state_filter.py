@@ -103,7 +103,9 @@ class ErrorStateFilter:
         """
         assert self.state is not None
         self._imus = imus
-        if not self._update_with_imus(self._constants, self.state, imus, information):
+        if not len(imus.links):
+            self.state.has_imu[:] = False
+        elif not self._update_with_imus(self._constants, self.state, imus, information):
             self.state = None
         return self.state is not None
 
@@ -177,14 +179,14 @@ class ErrorStateFilter:
         interval_s, before = self._before
         count = len(ages_s)
         published = self._make_published(
-            (count,), np.tile(information, (count, 1, 1, 1, 1)), np.full((count, 1), scale)
+            (count,), np.array([information] * count), np.full((count, 1), scale)
         )
         self._interpolate_published(
             self._constants,
             before,
             self.state,
             interval_s,
-            np.clip(1.0 - ages_s / interval_s, 0.0, 1.0),
+            np.minimum(np.maximum(1.0 - ages_s / interval_s, 0.0), 1.0),
             self._tree.parents,
             published,
         )

@@ -47,7 +47,7 @@ class FacingCheck:
             passed_s: Time that the frame stands for [s].
         """
         knees = self._knees_forwards(frame.positions, frame.tracking_state, R_map_pelvis)
-        sum_s = self._forwards_s + np.sign(knees) * passed_s
+        sum_s = self._forwards_s + ((knees > 0) - (knees < 0)) * passed_s
         self._forwards_s = min(max(sum_s, -BACKWARDS_S), BACKWARDS_S)
         if knees >= 0 or self._forwards_s > -BACKWARDS_S:
             return False

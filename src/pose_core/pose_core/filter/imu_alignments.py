@@ -150,10 +150,10 @@ class ImuAlignments:
         stamp_ns, imus = observation.stamp_ns, observation.imus
         # Where the filter has exchanged sides, either the tracker or the IMUs are wrong.
         as_measured = np.where(tracked == observation.positions, tracked, np.nan)
-        as_worn = replace(imus, segments=self._imus.worn_on(imus.segments))
+        worn_on = self._imus.worn_on(imus.segments)
+        as_worn = imus if worn_on == imus.segments else replace(imus, segments=worn_on)
         self._exchanges.add(stamp_ns, as_measured, as_worn)
-        headings = self._headings(imus.segments, state)
-        self._slips.add(stamp_ns, tracked, as_worn, headings)
+        self._slips.add(stamp_ns, tracked, as_worn, self._headings(imus.segments, state))
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns

@@ -92,13 +92,13 @@ def transform_covariance(
         for k in range(size):
             row[k] *= keep
     for k in range(size):
-        row = P[k]
+        moved, slid, rate = P[k], P[k, moving:rates], P[k, rates:]
         for i in range(moving):
-            row[i] += rate_time_s * row[rates + i]
-        for i in range(moving, rates):
-            row[i] *= keep_slide
-        for i in range(rates, rates + moving):
-            row[i] *= keep
+            moved[i] += rate_time_s * rate[i]
+        for i in range(len(slid)):
+            slid[i] *= keep_slide
+        for i in range(moving):
+            rate[i] *= keep
 
 
 @compiled_in_place

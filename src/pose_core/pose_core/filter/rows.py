@@ -17,7 +17,7 @@ class Rows(NamedTuple):
     ``filled`` holds the numbers of rows and groups in use.
     """
 
-    H: FloatArray  # (most rows, n) Jacobian with respect to the error state
+    H: FloatArray  # (most rows, n or fewer) Jacobian with respect to the error state's begin
     residual: FloatArray  # (most rows,)
     first: NDArray[np.int64]  # (most groups,) row
     size: NDArray[np.int64]  # (most groups,) 1 or 3
@@ -28,10 +28,10 @@ class Rows(NamedTuple):
 
 
 @compiled
-def make_rows(most_rows: int, most_groups: int, size: int) -> Rows:
-    """Allocate rows for an error state of dimension ``size``."""
+def make_rows(most_rows: int, most_groups: int, columns: int) -> Rows:
+    """Allocate rows that depend on the error state's first ``columns`` elements."""
     return Rows(
-        np.zeros((most_rows, size)),
+        np.zeros((most_rows, columns)),
         np.zeros(most_rows),
         np.zeros(most_groups, np.int64),
         np.zeros(most_groups, np.int64),

@@ -86,7 +86,9 @@ def update_with_frame(
         in a segmentation fault.
     """
     joints, posture_rows = len(frame.positions), most_posture_rows(constants.posture)
-    rows = make_rows(3 * joints + posture_rows, joints + posture_rows, len(state.P))
+    layout = state.layout  # only a late frame depends on rates, and none on IMUs
+    columns = layout.body_size if frame.late_s > 0.0 else layout.first_rate
+    rows = make_rows(3 * joints + posture_rows, joints + posture_rows, columns)
     view = predict_view(constants.camera, state, frame)
     add_camera(constants.camera, state, frame, view, rows)
     joint_groups = rows.filled[1]

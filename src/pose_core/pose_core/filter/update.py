@@ -87,13 +87,13 @@ def add_product(H: FloatArray, A: FloatArray, out: FloatArray, is_symmetric: boo
     Zeros of H, which are most of its elements, are skipped.
     """
     for row in range(len(H)):
-        into = out[row]
         first = row if is_symmetric else 0
+        into = out[row, first:]
         for column in range(H.shape[1]):
             factor = H[row, column]
             if factor != 0.0:
-                values = A[column]
-                for k in range(first, len(into)):
+                values = A[column, first:]
+                for k in range(len(into)):
                     into[k] += factor * values[k]
 
 

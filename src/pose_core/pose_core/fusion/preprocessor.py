@@ -4,7 +4,6 @@ The only feedback from the estimator are the delays of the trackers.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -23,11 +22,7 @@ from pose_core.imu.imu_history import NO_MEASUREMENTS, ImuMeasurements
 from pose_core.imu.imu_set import ImuSet
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.clocks import (
-    Clocks,
-    block_on_reference_clock,
-    on_reference_clock,
-)
+from pose_core.streams.clocks import Clocks, block_on_reference_clock, on_reference_clock
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 
@@ -161,13 +156,12 @@ class Preprocessor:
         return self.imus.read(stamp_ns) if self._uses_imus else NO_MEASUREMENTS
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
-        sample = on_reference_clock(sample, self.clocks)
         placed = () if self.extrinsics is None else self.extrinsics.sensors
         if sample.sensor not in self.parameters.sensors or sample.sensor not in placed:
             self.counters.add("skeletons_of_unknown_sensors")
             return
         delay_ns = self.tracker_delays_ns.get(sample.sensor, 0)
-        self.frames.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns - delay_ns))
+        self.frames.add_skeleton(on_reference_clock(sample, self.clocks, delay_ns))
 
     def _imu_parts(self, block: ImuBlock) -> Iterator[ImuBlock]:
         """Samples on the reference clock, divided where they give a frame by themselves.

@@ -68,7 +68,7 @@ class ExchangeCheck:
         rows = [self._row[name] for name in worn]
         R_world_sensor = imus.R_world_sensor[[imus.segments.index(name) for name in worn]]
         turned = np.swapaxes(R_world_sensor, 1, 2)[:, None] @ HEADING_PARTS
-        for joints in positions:
+        for joints in positions[np.isfinite(positions[:, :, 0]).any(axis=1)]:
             bones = joints[self._ends[:, 0]] - joints[self._ends[:, 1]]
             length = np.linalg.norm(bones, axis=1)
             known = length > 0.0

@@ -25,6 +25,8 @@ def rows_of_block(
     Returns:
         The memory, and the row of each sample's IMU, (n,).
     """
+    if block.segments == tuple(segments):  # as usual
+        return memory, np.ascontiguousarray(block.imu)
     new = [name for name in block.segments if name not in segments]
     if new:
         segments += new

@@ -80,20 +80,18 @@ class SlipCheck:
         if not 0 <= stamp_ns - self._bin_ns < BIN_NS:
             self._begin_bin(stamp_ns)
             self._slipped = self._judge()
-        due = (stamp_ns - self._last_ns >= PERIOD_NS) | (stamp_ns < self._last_ns)
-        if not due.any():
+        due = [k for k, at_ns in enumerate(self._last_ns) if not 0 <= stamp_ns - at_ns < PERIOD_NS]
+        due = [sensor for sensor in due if np.isfinite(positions[sensor, :, 0]).any()]
+        if not due:
             return
-        due &= np.isfinite(positions[:, :, 0]).any(axis=1)
-        if not due.any():
-            return
-        self._last_ns[due] = stamp_ns
         rows = [self._row[segment] for segment in imus.segments]
         rates = np.linalg.norm(imus.angular_velocity, axis=1)
         late_variance = (LATE_S * rates)[:, None] ** 2
         parts = np.stack([np.ones_like(headings), np.cos(headings), np.sin(headings)])
         R_world_map = np.tensordot(parts, HEADING_PARTS, axes=(0, 0))
         R_map_sensor = np.swapaxes(R_world_map, 1, 2) @ imus.R_world_sensor
-        for sensor in np.flatnonzero(due).tolist():
+        for sensor in due:
+            self._last_ns[sensor] = stamp_ns
             axes, variance = (each[rows] for each in self._axes(positions[sensor]))
             weighted = (axes @ R_map_sensor) / (variance + late_variance)[..., None]
             weight = 1.0 / (variance + late_variance)
@@ -132,7 +130,7 @@ class SlipCheck:
         self._row = {segment: row for row, segment in enumerate(segments)}
         self._bin_ns = stamp_ns
         self._slipped = ()
-        self._last_ns = np.zeros(sensors, np.int64)
+        self._last_ns = [0] * sensors
         self._now = np.zeros((sensors, len(segments), 2, 4))
         self._before = np.zeros_like(self._now)
         self._last: deque[FloatArray] = deque(maxlen=LAST_BINS)
@@ -160,12 +158,11 @@ class SlipCheck:
         y, z = [1, 2, 0], [2, 0, 1]
         hinge = thigh[:, y] * shank[:, z] - thigh[:, z] * shank[:, y]  # faster than np.cross
         lengths = np.sqrt((thigh**2).sum(axis=1) * (shank**2).sum(axis=1))
-        with np.errstate(invalid="ignore", divide="ignore"):  # straight knees, coinciding joints
-            bend = np.linalg.norm(hinge, axis=1) / lengths
-            hinge_variance = np.where(bend > LEAST_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
         axes = np.stack([start - end, hinge], axis=1)
         variance = np.full(axes.shape[:2], DIRECTION_STDDEV**2)
-        variance[:, 1] = hinge_variance
+        with np.errstate(invalid="ignore", divide="ignore"):  # straight knees, coinciding joints
+            bend = np.linalg.norm(hinge, axis=1) / lengths
+            variance[:, 1] = np.where(bend > LEAST_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
         if "torso" in self._row:
             row, (left, right) = self._row["torso"], joints[_SHOULDERS]
             axes[row, 1], variance[row, 1] = left - right, DIRECTION_STDDEV**2

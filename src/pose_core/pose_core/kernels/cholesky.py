@@ -15,8 +15,8 @@ def factorise(A: FloatArray) -> None:
     """Replace the upper triangle of A by U; the lower one is neither read nor changed."""
     for i in range(len(A)):
         subtract_above(A, i, A, i)
-        row, scale = A[i], 1.0 / np.sqrt(A[i, i])
-        for k in range(i, len(row)):
+        row, scale = A[i, i:], 1.0 / np.sqrt(A[i, i])
+        for k in range(len(row)):
             row[k] *= scale
 
 
@@ -34,17 +34,19 @@ def solve_lower(U: FloatArray, B: FloatArray) -> None:
 def subtract_above(U: FloatArray, i: int, B: FloatArray, start: int) -> None:
     """Subtract Uⱼᵢ Bⱼ of all rows j above from row i of B, from one column on.
 
-    Four rows are processed together, so that row i is read and written less often.
+    Four rows are processed together, so that row i is read and written less often. Only loops that
+    begin at zero are vectorised: an index from elsewhere might be negative.
     """
-    row, whole = B[i], i - i % 4
+    row, whole = B[i, start:], i - i % 4
     for j in range(0, whole, 4):
         a, b, c, d = U[j, i], U[j + 1, i], U[j + 2, i], U[j + 3, i]
-        first, second, third, fourth = B[j], B[j + 1], B[j + 2], B[j + 3]
-        for k in range(start, len(row)):
+        first, second = B[j, start:], B[j + 1, start:]
+        third, fourth = B[j + 2, start:], B[j + 3, start:]
+        for k in range(len(row)):
             row[k] -= a * first[k] + b * second[k] + c * third[k] + d * fourth[k]
     for j in range(whole, i):
-        factor, above = U[j, i], B[j]
-        for k in range(start, len(row)):
+        factor, above = U[j, i], B[j, start:]
+        for k in range(len(row)):
             row[k] -= factor * above[k]
 
 

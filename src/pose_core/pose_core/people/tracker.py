@@ -20,7 +20,7 @@ from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import Reidentification
 from pose_core.people.track_manager import ABSENT_AFTER_S, Assigned, TrackManager
 from pose_core.people.track_swaps import TrackSwaps
-from pose_core.streams.clocks import Clock, Clocks
+from pose_core.streams.clocks import Clocks, reference_stamp_ns
 from pose_core.streams.samples import SkeletonSample
 from pose_core.transforms import transformed
 
@@ -131,7 +131,7 @@ class PeopleTracker:
 
     def stamp_ns(self, sample: SkeletonSample) -> int:
         """A sample's stamp on the reference's clock [ns]."""
-        return self.clocks.get(sample.sensor, Clock()).to_reference(sample.stamp_ns)
+        return reference_stamp_ns(sample, self.clocks)
 
     def _nearest(self, frame: Sequence[SkeletonSample], stamp_ns: int) -> list[SkeletonSample]:
         """The skeletons of a crowd that are nearest to the people who are present."""

@@ -70,12 +70,16 @@ def reference_delay_s(clocks: Clocks) -> float:
     return -earliest_ns / NS_PER_S if -LARGEST_DELAY_NS <= earliest_ns < 0 else 0.0
 
 
-def on_reference_clock(sample: SkeletonSample, clocks: Clocks) -> SkeletonSample:
-    """A sample with its stamp converted to the reference's clock."""
+def reference_stamp_ns(sample: SkeletonSample, clocks: Clocks) -> int:
+    """A sample's stamp on the reference's clock [ns]."""
     clock = clocks.get(sample.sensor)
-    if clock is None:
-        return sample
-    return replace(sample, stamp_ns=clock.to_reference(sample.stamp_ns))
+    return sample.stamp_ns if clock is None else clock.to_reference(sample.stamp_ns)
+
+
+def on_reference_clock(sample: SkeletonSample, clocks: Clocks, delay_ns: int = 0) -> SkeletonSample:
+    """A sample with its stamp converted to the reference's clock, less a delay [ns]."""
+    stamp_ns = reference_stamp_ns(sample, clocks) - delay_ns
+    return sample if stamp_ns == sample.stamp_ns else replace(sample, stamp_ns=stamp_ns)
 
 
 def block_on_reference_clock(block: ImuBlock, clocks: Clocks) -> ImuBlock:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.stamps import JUMP_BACK_NS
-from pose_core.streams.clocks import Clock, Clocks, block_on_reference_clock
+from pose_core.streams.clocks import Clocks, block_on_reference_clock, reference_stamp_ns
 from pose_core.streams.samples import (
     ImuBlock,
     ImuSample,
@@ -72,9 +72,7 @@ class RecordingOrder:
         for place, frame in frames:
             stamp_ns = self._newest_ns
             if frame:
-                stamp_ns = self._clocks.get(frame[0].sensor, Clock()).to_reference(
-                    frame[0].stamp_ns
-                )
+                stamp_ns = reference_stamp_ns(frame[0], self._clocks)
             if stamp_ns < self._newest_ns - WAIT_NS:  # the recording begins anew
                 stop = int(np.searchsorted(places, place))
                 self._imus.append(block.rows(slice(start, stop)))

@@ -29,7 +29,7 @@ class SkeletonSample:
     @property
     def tracked(self) -> FloatArray:
         """Positions of the joints whose state is TRACKED, (15, 3) [m]; NaN of all others."""
-        is_tracked = self.tracking_state == TrackingState.TRACKED
+        is_tracked = self.tracking_state == int(TrackingState.TRACKED)
         return np.where(is_tracked[:, None], self.positions, np.nan)
 
 

@@ -73,7 +73,7 @@ class _Stream:
 
     def joined(self, stamp_ns: int) -> bool:
         """Whether the sensor takes part in a frame."""
-        return not any(from_ns < stamp_ns <= to_ns for from_ns, to_ns in self.away)
+        return not (self.away and any(begin < stamp_ns <= end for begin, end in self.away))
 
     def forget_before(self, stamp_ns: int) -> None:
         """Discard samples before a stamp, except the last one and unused ones."""
@@ -299,10 +299,10 @@ def interpolate(before: SkeletonSample, after: SkeletonSample, stamp_ns: int) ->
     share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)  # [-] 0..1
     positions = before.positions + share * (after.positions - before.positions)  # li2020 (2)
     state = np.minimum(before.tracking_state, after.tracking_state)
-    known = np.isfinite(positions).all(axis=1) & (state != TrackingState.NOT_TRACKED)
+    known = np.isfinite(positions).all(axis=1) & (state != int(TrackingState.NOT_TRACKED))
     return replace(
         after,
         stamp_ns=stamp_ns,
         positions=np.where(known[:, None], positions, np.nan),
-        tracking_state=np.where(known, state, TrackingState.NOT_TRACKED).astype(np.uint8),
+        tracking_state=np.where(known, state, np.uint8(TrackingState.NOT_TRACKED)),
     )

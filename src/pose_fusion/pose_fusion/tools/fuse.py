@@ -168,6 +168,7 @@ def fuse(
     if out_bag.exists():
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
+    gc.freeze()  # the garbage collector need not visit the imported modules again and again
     extrinsics = find_extrinsics(
         bag,
         parameters.sensors,
@@ -183,7 +184,6 @@ def fuse(
             parameters, extrinsics, lambda body_id, block: output.write(body_id, block), console
         )
         output = EstimateWriter(writer, pipeline)
-        gc.freeze()  # the garbage collector need not visit the imported modules again and again
         before = first_pass(parameters) if imu_topics(bag) else None
         if before is not None:
             aligning = make_pipeline(before, extrinsics, lambda *_: None, Console(quiet=True))
