@@ -269,3 +269,25 @@ def test_imus_that_exchange_their_names_are_rejected_at_once(session):
     fused(pipeline, [s for s in after if 100 * MS <= s.stamp_ns - change_ns < 1100 * MS])
     uses = uses_of(pipeline)
     assert {name for name, use in uses.items() if not use.is_aligned} == set(EXCHANGED)
+
+
+def in_an_uneven_field(samples):
+    """The samples with headings that swing by 12°, each in its own time."""
+    swung = []
+    for sample in samples:
+        since_s = (sample.stamp_ns - START_NS) * 1e-9
+        phase = EVERY_SEGMENT.index(sample.segment)
+        turn = Rotation.from_euler("z", 12.0 * np.sin(0.7 * since_s + phase), degrees=True)
+        turned = turn * Rotation.from_quat(sample.orientation)
+        swung.append(replace(sample, orientation=turned.as_quat()))
+    return swung
+
+
+def test_uneven_magnetic_fields_are_named_and_cost_half_a_degree_at_most(session, with_imus):
+    t, dof, skeletons, imus = session
+    pipeline, estimates = run(merged(skeletons, in_an_uneven_field(imus)))
+    for use in pipeline.imu_uses:
+        assert not use.reason
+        assert "magnetic field is disturbed" in use.remark
+    assert not any("magnetic" in use.remark for use in with_imus[0].imu_uses)
+    assert rms_deg(estimates, t, dof) < rms_deg(with_imus[1], t, dof) + 0.5

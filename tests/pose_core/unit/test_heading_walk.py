@@ -1,0 +1,45 @@
+"""The walk of an IMU's heading is measured against its gyroscope."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from turning_imus import PERIOD_S, block, turning
+
+from pose_core.imu.heading_walk import DISTURBED, SOUND, HeadingWalks
+
+
+def walks_of(headings_deg, rates_off=0.0, seconds=40.0, tissue=0.0):
+    """Walks of an IMU that turns while its reference frame turns about the vertical."""
+    orientations, rates = turning(seconds)
+    rng = np.random.default_rng(3)
+    loose = Rotation.from_rotvec(tissue * rng.standard_normal((len(rates), 3)))
+    world = Rotation.from_euler("z", headings_deg(np.arange(len(rates)) * PERIOD_S)[:, None], degrees=True)
+    walks = HeadingWalks()
+    walks.add(block(world * orientations * loose, rates + rates_off))
+    return walks
+
+
+@pytest.mark.parametrize("bias_deg_s", [0.0, 1.0])
+def test_a_steady_drift_and_soft_tissue_are_no_walk(bias_deg_s):
+    steady = walks_of(lambda t: 0.3 * t, rates_off=np.radians([bias_deg_s, 0.0, 0.0]), tissue=0.03)
+    assert not steady.unsound
+
+
+def test_an_uneven_field_is_found():
+    uneven = walks_of(lambda t: 12.0 * np.sin(0.7 * t))
+    assert uneven.disturbed["torso"] == pytest.approx(np.radians(8.0), rel=0.3)
+    assert SOUND < DISTURBED < uneven.unsound["torso"]
+
+
+def test_a_random_walk_is_measured_however_samples_come_in_blocks():
+    rng = np.random.default_rng(5)
+    steps = 5.0 * np.sqrt(PERIOD_S) * rng.standard_normal(20_000)
+    orientations, rates = turning(200.0)
+    world = Rotation.from_euler("z", np.cumsum(steps)[:, None], degrees=True)
+    given = block(world * orientations, rates)
+    at_once, in_parts = HeadingWalks(), HeadingWalks()
+    at_once.add(given)
+    for first in range(0, len(given), 7):
+        in_parts.add(given.rows(slice(first, first + 7)))
+    assert at_once.disturbed == in_parts.disturbed
+    assert at_once.disturbed["torso"] == pytest.approx(np.radians(5.0), rel=0.3)
