@@ -3,15 +3,18 @@
 import resource
 import signal
 
+import psutil
 import pytest
 from ament_index_python.packages import get_package_prefix
 from diagnostic_msgs.msg import DiagnosticArray, KeyValue
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
+from pose_node.child_process import executable
 
 pytestmark = pytest.mark.graph
 
@@ -75,6 +78,59 @@ def test_a_killed_recorder_leaves_all_flushed_messages(recording, tmp_path, spin
     found = texts(tmp_path / "bag")
     assert found == [str(index) for index in range(len(found))]
     assert found
+
+
+OPERATOR = """\
+- group:
+    children:
+    - push_ros_namespace: {{namespace: "{0}"}}
+    - node:
+        pkg: "pose_fusion"
+        exec: "recorder"
+        name: "{0}"
+        respawn: "true"
+        respawn_delay: 0.1
+        param: [{{name: "output", value: "{1}"}}]
+"""
+
+
+@pytest.fixture
+def operators(start_process, tmp_path):
+    """Start a graph with these operators, whose recorders are given the same folder."""
+
+    def operators(*names):
+        file = tmp_path / "x.launch.yaml"
+        file.write_text(
+            "launch:\n" + "".join(OPERATOR.format(name, tmp_path / "bag") for name in names)
+        )
+        return start_process([executable("pose_launch", "up"), file])
+
+    return operators
+
+
+def test_a_recorder_that_is_stopped_and_then_killed_goes_on_in_the_next_bag(
+    operators, ros_context, spin_until, tmp_path
+):
+    graph = operators("one")
+    graph.wait_for_output(r"recording every topic into \S+/bag\n")
+    stop = ros_context.make_node().create_client(Trigger, "/one/one/stop")
+    spin_until(stop.service_is_ready, what="the recorder")
+    stopped = stop.call_async(Trigger.Request())
+    spin_until(stopped.done, what="the end of the first bag")
+    (recorder,) = psutil.Process(graph.pid).children()
+    recorder.kill()
+
+    graph.wait_for_output(r"recording every topic into \S+/bag-2: \S+/bag exists already\n")
+    assert graph.stop() == 0
+    assert (tmp_path / "bag" / "metadata.yaml").exists()
+
+
+def test_two_recorders_with_one_folder_have_bags_of_their_own(operators):
+    graph = operators("one", "two")
+
+    graph.wait_for_output(r"recording every topic into \S+/bag\n")
+    graph.wait_for_output(r"recording every topic into \S+/bag-2: \S+/bag exists already\n")
+    assert graph.stop() == 0
 
 
 def test_a_full_disk_ends_the_bag_and_a_new_one_starts_once_there_is_space(

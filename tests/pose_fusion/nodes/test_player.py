@@ -2,17 +2,21 @@
 
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
 
 from pose_core.errors import InputError, ParameterError
 from pose_core.stamps import nanoseconds
+from pose_fusion.nodes.other_publishers import warn_of_others
 from pose_fusion.nodes.player import Player, overrides_from_arguments
 from pose_io.bag_writer import BagWriter
+from pose_node.level import Level
 
 LATCHED = QoSProfile(
     depth=10,
@@ -123,6 +127,28 @@ def test_the_player_pauses_and_resumes(ros_context, spin_until, play):
     assert player._counters["played"] == 21
     answer = call(resume)
     assert (answer.success, answer.message) == (False, "the end is reached")
+
+
+def test_topics_that_others_publish_too_are_named(ros_context, spin_until, play):
+    ros_context.make_node().create_publisher(String, "count", 10)
+    player = play(pause_at_end=True)
+
+    spin_until(lambda: player._warning, what="the warning")
+
+    assert player._warning == "others publish too: /count; --topics names those to play"
+    assert player._report().level == Level.WARN
+    assert player._report().message.endswith(player._warning)
+
+
+def test_transforms_and_diagnostics_of_others_are_no_reason_to_warn(ros_context, spin_until):
+    node, other = ros_context.make_node("a"), ros_context.make_node("b")
+    shared = [(TFMessage, "tf"), (DiagnosticArray, "/diagnostics")]
+    publishers = [node.create_publisher(kind, topic, 10) for kind, topic in shared]
+    for kind, topic in shared:
+        other.create_publisher(kind, topic, 10)
+    spin_until(lambda: all(node.count_publishers(topic) == 2 for _, topic in shared))
+
+    assert warn_of_others(node, publishers, "stop them") == ""
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from pose_core.errors import InputError, ParameterError
+from pose_core.errors import ParameterError
 from pose_fusion.nodes.recorder import Recorder, overrides_from_arguments
 from pose_io.bags import open_bag
 from pose_node.conversions import ns_to_stamp
@@ -207,9 +207,11 @@ def test_in_simulated_time_messages_are_stamped_by_the_clock(
         assert [message.stamp_ns for message in bag.messages()] == [5 * 10**9]
 
 
-def test_a_restarted_recorder_writes_a_new_bag_beside_the_old_one(record, tmp_path):
+@pytest.mark.parametrize("files", [["bag.mcap"], ["bag.mcap", "metadata.yaml"]])
+def test_a_restarted_recorder_writes_a_new_bag_beside_the_old_one(record, tmp_path, files):
     (tmp_path / "bag").mkdir()
-    (tmp_path / "bag" / "bag.mcap").touch()
+    for file in files:
+        (tmp_path / "bag" / file).touch()
 
     recorder = record()
 
@@ -217,11 +219,18 @@ def test_a_restarted_recorder_writes_a_new_bag_beside_the_old_one(record, tmp_pa
     record.finish(recorder)
 
 
-def test_an_existing_folder_is_refused(record, tmp_path):
+def test_a_waiting_recorder_that_was_killed_while_it_recorded_goes_on(record, tmp_path):
     (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag.mcap").touch()
 
-    with pytest.raises(InputError, match="exists already"):
-        record(all=True)
+    recorder = record(start_paused=True)
+    assert recorder._recording.path == tmp_path / "bag-2"
+    record.finish(recorder)
+
+    (tmp_path / "bag" / "metadata.yaml").touch()
+    waiting = record(start_paused=True)
+    assert waiting._report().message == "not recording"
+    record.finish(waiting)
 
 
 @pytest.mark.parametrize(

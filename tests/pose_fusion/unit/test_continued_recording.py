@@ -96,6 +96,27 @@ def test_a_bag_is_split_by_size(start, tmp_path):
     assert [len(read(tmp_path / name)) for name in ("bag", "bag-2", "bag-3")] == [4, 4, 4]
 
 
+def test_a_series_goes_on_with_its_next_number(start, tmp_path):
+    for name in ("bag", "bag-2"):
+        (tmp_path / name).mkdir()
+    row = start(split_size=0.001)
+    for _ in range(2):
+        row.write("/count", text("x" * 3000), 1)
+        row.flush()
+    row.close()
+
+    assert [len(read(tmp_path / name)) for name in ("bag-3", "bag-4")] == [1, 1]
+
+
+def test_recorders_that_begin_at_the_same_moment_have_bags_of_their_own(
+    start, tmp_path, monkeypatch
+):
+    free = iter([tmp_path / "bag", tmp_path / "bag", tmp_path / "bag-2"])
+    monkeypatch.setattr(continued, "free_path", lambda _first: next(free))
+
+    assert [start().path.name, start().path.name] == ["bag", "bag-2"]
+
+
 def test_recording_resumes_in_a_new_bag_once_the_disk_has_space(
     start, clock, tmp_path, monkeypatch
 ):
@@ -144,7 +165,7 @@ def test_a_next_bag_that_cannot_be_made_is_tried_again_and_no_message_counted_tw
     row.write("/count", text("a"), 1)
     read_only = InputError(f"cannot write {tmp_path}: Read-only file system")
 
-    def refuse(path):
+    def refuse():
         raise read_only
 
     with monkeypatch.context() as patch:

@@ -1,9 +1,10 @@
 """The shipped launch files: they evaluate, and their parameters are the nodes' own."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+import rclpy
 import yaml
 from ament_index_python.packages import get_package_share_directory
 
@@ -19,6 +20,7 @@ from pose_view.parameters import ViewParameters
 SRC = Path(__file__).resolve().parents[3] / "src"
 FILES = sorted(SRC.glob("*/launch/*.launch.yaml"))
 GIVEN = {"recording": "r.csv", "file": "r.csv", "session": "/s", "start_at": "12"}
+PANDA = str(SRC / "pose_teleop/config/panda.yaml")
 PARAMETERS = {
     "kinect_bridge": KinectBridgeParameters,
     "imu_bridge": ImuBridgeParameters,
@@ -71,11 +73,50 @@ def test_parameters_of_a_launch_file_exist_in_its_nodes(file):
             continue  # tele-operation's, which its own tests hold
         for source in process.parameters:
             if isinstance(source, Path):
-                from_ros_yaml(parameters, source, process.node_name)
-                assert process.node_name in source.read_text() or "/**" in source.read_text()
+                from_ros_yaml(parameters, source, process.name)
+                assert process.name in source.read_text() or "/**" in source.read_text()
             else:
                 own = {k: v for k, v in source.items() if k not in ("use_sim_time", "autostart")}
                 from_mapping(parameters, own)
+
+
+def ordered(process):
+    """A node's parameters, if later sources override earlier ones; those not of a file alone."""
+    values, own = {}, set()
+    for source in process.parameters:
+        if isinstance(source, Path):
+            source = yaml.safe_load(source.read_text())["/**"]["ros__parameters"]
+        else:
+            own |= set(source)
+        values.update(source)
+    return {name: values[name] for name in own}
+
+
+@pytest.mark.parametrize(
+    ("file", "given"),
+    [
+        ("pose_fusion/launch/fusion.launch.yaml", {"sensors": "[a, b]", "estimator": "li2020"}),
+        ("pose_view/launch/view.launch.yaml", {"sensors": "[a, b]"}),
+        ("pose_teleop/launch/teleop.launch.yaml", {"side": "left", "arm_params": PANDA}),
+        ("imu_bridge/launch/imu.launch.yaml", {"magnetometer": "off"}),
+    ],
+)
+@pytest.mark.parametrize("namespace", [None, "/operator_1"])
+@pytest.mark.usefixtures("ros_context")
+def test_arguments_of_a_launch_file_override_parameter_files(file, given, namespace, tmp_path):
+    for process in evaluate(installed(SRC / file), **given).processes:
+        if not any(isinstance(source, Path) for source in process.parameters):
+            continue
+        command = replace(process, namespace=namespace).full_command(tmp_path)
+        node = rclpy.create_node(
+            process.name,
+            cli_args=command[command.index("--ros-args") :],
+            automatically_declare_parameters_from_overrides=True,
+        )
+        expected = ordered(process)
+        found = {name: node.get_parameter(name).value for name in expected}
+        node.destroy_node()
+        assert found == expected
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
@@ -131,7 +172,7 @@ def test_one_launch_file_starts_one_or_several_cameras(sensors):
 def test_the_estimator_of_the_params_file_is_overridden_only_if_one_is_given(given, expected):
     graph = evaluate(installed(SRC / "pose_fusion/launch/fusion.launch.yaml"), **given)
 
-    (fusion,) = [process for process in graph.processes if process.node_name == "fusion"]
+    (fusion,) = [process for process in graph.processes if process.name == "fusion"]
     values = [source for source in fusion.parameters if not isinstance(source, Path)]
     given_estimators = [value["estimator"] for value in values if "estimator" in value]
     assert given_estimators == ([expected] if expected else [])
@@ -149,7 +190,7 @@ def test_simulated_time_is_passed_to_every_node_that_reads_the_clock(file, nodes
     processes = evaluate(installed(SRC / file), use_sim_time="true").processes
 
     simulated = {
-        process.node_name
+        process.name
         for process in processes
         for source in process.parameters
         if isinstance(source, dict) and source.get("use_sim_time") is True
@@ -203,6 +244,6 @@ def test_the_services_have_no_rights_and_open_no_port_but_the_page_s_on_the_loop
 def test_the_fusion_reads_imu_alignments_from_the_sessions_file(given, expected):
     graph = evaluate(installed(SRC / "pose_fusion/launch/fusion.launch.yaml"), **given)
 
-    (fusion,) = [process for process in graph.processes if process.node_name == "fusion"]
+    (fusion,) = [process for process in graph.processes if process.name == "fusion"]
     values = [source for source in fusion.parameters if not isinstance(source, Path)]
     assert [value["imus_file"] for value in values if "imus_file" in value] == [expected]

@@ -21,6 +21,7 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments
 from pose_core.stamps import NS_PER_S
 from pose_fusion.nodes import qos
+from pose_fusion.nodes.other_publishers import warn_of_others
 from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_io.bags import BagMessage, open_bag
@@ -40,6 +41,7 @@ LONGEST_WAIT_NS = 100_000_000  # [ns]
 ACKNOWLEDGE_S = 2.0  # [s] that subscribers may take to receive the last messages
 PROGRESS_PERIOD_S = 0.5  # in a terminal
 LOGGED_PERIOD_S = 10.0  # elsewhere
+CHECK_PERIOD_S = 1.0  # between checks for other publishers
 CLOCK = "/clock"
 CLOCK_PERIOD_NS = 5_000_000  # [ns] largest interval of /clock in the machine's time
 
@@ -58,6 +60,7 @@ class Player(Node):
         self._playlist = Playlist(self._bag, topics, self._settings.start_offset)
         self._counters = Counters("played", "skipped_unknown_type")
         self._bag_publishers = self._make_publishers()
+        self._warning = ""  # of topics that others publish, too
         self._finished = False
         self._rate = self._settings.rate
         self._time_publisher = (
@@ -74,6 +77,7 @@ class Player(Node):
         in_terminal = sys.stderr.isatty()
         period_s = PROGRESS_PERIOD_S if in_terminal else LOGGED_PERIOD_S
         steady_timer(self, period_s, self._show_progress if in_terminal else self._log_progress)
+        steady_timer(self, CHECK_PERIOD_S, self._check_publishers)
         self._timer = steady_timer(self, POLL_S, self._step)
         accept_changes(self, PlayerParameters, changes)
         self._step()
@@ -95,6 +99,12 @@ class Player(Node):
         if not publishers:
             raise InputError(f"{self._bag.path}: no message type in it is installed here")
         return publishers
+
+    def _check_publishers(self) -> None:
+        before, publishers = self._warning, self._bag_publishers.values()
+        self._warning = warn_of_others(self, publishers, "--topics names those to play")
+        if self._warning not in ("", before):
+            self.get_logger().warning(self._warning)
 
     # -- playing --------------------------------------------------------------------------------
 
@@ -239,6 +249,8 @@ class Player(Node):
         elif self._playback.paused:
             message = "paused"
         values = {"position_s": f"{self._position_s():.3f}", **self._counters.as_dict()}
+        if self._warning:
+            return Report(level=Level.WARN, message=f"{message}; {self._warning}", values=values)
         return Report(level=Level.OK, message=message, values=values)
 
     def _progress(self) -> str:

@@ -20,11 +20,7 @@ from pose_fusion.nodes import qos
 from pose_fusion.nodes.inbox import MessageQueue, NotWoken, ignore_message
 from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.continued import ContinuedRecording
-from pose_fusion.recording.growing_bag import (
-    continued_path,
-    dated_path,
-    free_path,
-)
+from pose_fusion.recording.growing_bag import dated_path, was_cut_short
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_node.level import Level
 from pose_node.nodes.declaring import overrides_of
@@ -46,7 +42,6 @@ class Recorder(ManagedNode[RecorderParameters]):
     def __init__(self, **options: Any) -> None:
         self._recording: ContinuedRecording | None = None
         self._said_trouble = ""
-        self._is_fresh = True
         super().__init__("recorder", RecorderParameters, **options)
 
     def configure(self) -> None:
@@ -62,11 +57,9 @@ class Recorder(ManagedNode[RecorderParameters]):
         self._looks = 0
 
     def activate(self) -> None:
-        """Start recording, unless it waits for ``~/start``; a second time into a new bag."""
-        if not self.settings.start_paused:
-            path = continued_path if self._is_fresh else free_path
-            self._begin(path(self._output))
-        self._is_fresh = False
+        """Start recording, unless it waits for ``~/start`` and was not killed while recording."""
+        if not self.settings.start_paused or was_cut_short(self._output):
+            self._begin()
         offer_trigger(self, "~/start", self._on_start)
         offer_trigger(self, "~/stop", self._on_stop)
         steady_timer(self, DISCOVERY_PERIOD_S, self._discover)
@@ -84,10 +77,15 @@ class Recorder(ManagedNode[RecorderParameters]):
 
     # -- bags -----------------------------------------------------------------------------------
 
-    def _begin(self, path: Path) -> None:
-        self._recording = ContinuedRecording(path, self.settings)
+    def _begin(self) -> Path:
+        """Begin the next bag of the series, and return it."""
+        self._recording = ContinuedRecording(self._output, self.settings)
         self._discover()
-        self.get_logger().info(f"recording {', '.join(self._wanted) or 'every topic'} into {path}")
+        path = self._recording.path
+        reason = "" if path == self._output else f": {self._output} exists already"
+        what = ", ".join(self._wanted) or "every topic"
+        self.get_logger().info(f"recording {what} into {path}{reason}")
+        return path
 
     def _finish(self) -> str:
         """Complete the bag, unsubscribe from all topics; return a summary."""
@@ -105,9 +103,8 @@ class Recorder(ManagedNode[RecorderParameters]):
     def _on_start(self) -> tuple[bool, str]:
         if self._recording is not None:
             return False, f"already recording into {self._recording.path}"
-        path = free_path(self._output)
         try:
-            self._begin(path)
+            path = self._begin()
         except InputError as error:
             return False, str(error)
         self.diagnostics.publish()

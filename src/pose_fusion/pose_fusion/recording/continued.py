@@ -3,12 +3,13 @@
 import shutil
 import time
 from collections import deque
+from contextlib import suppress
 from pathlib import Path
 
 from rosbags.interfaces import Qos, QosDurability
 
 from pose_core.errors import PoseError
-from pose_fusion.recording.growing_bag import GrowingBag, free_path
+from pose_fusion.recording.growing_bag import ExistsError, GrowingBag, free_path
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 
 RETRY_S = 2.0  # [s] after which a recording that failed is continued in a new bag
@@ -23,15 +24,15 @@ class ContinuedRecording:
     reason, and a new bag is tried.
 
     Args:
-        path: The first folder to make; it must not exist.
+        first: The series' first folder; bags that exist are kept, and followed by the next number.
         settings: Format, limits.
 
     Raises:
-        InputError: If the folder exists or cannot be made.
+        InputError: If no folder can be made.
     """
 
-    def __init__(self, path: Path, settings: RecorderParameters) -> None:
-        self._first = path
+    def __init__(self, first: Path, settings: RecorderParameters) -> None:
+        self._first = first
         self._settings = settings
         self._least_free = int(settings.least_free_space * BYTES_PER_MB)
         self._topics: dict[str, tuple[str, list[Qos]]] = {}
@@ -41,11 +42,14 @@ class ContinuedRecording:
         self._messages_before = 0
         self.trouble = ""
         self.bags = 1
-        self._recording = self._begin(path)
+        self._recording = self._begin()
 
-    def _begin(self, path: Path) -> GrowingBag:
+    def _begin(self) -> GrowingBag:
         self._begun_s = time.monotonic()
-        return GrowingBag(path, self._settings.storage, least_free=self._least_free)
+        while True:
+            path = free_path(self._first)
+            with suppress(ExistsError):  # another recorder has made it at this moment
+                return GrowingBag(path, self._settings.storage, least_free=self._least_free)
 
     @property
     def path(self) -> Path:
@@ -112,7 +116,7 @@ class ContinuedRecording:
     def _go_on(self) -> None:
         """Begin the next bag: all topics, and what latched ones said before."""
         self._recording.close()
-        following = self._begin(free_path(self._first))  # may fail, and be tried again
+        following = self._begin()  # may fail, and be tried again
         self._messages_before += self._recording.message_count
         self._recording = following
         self.bags += 1

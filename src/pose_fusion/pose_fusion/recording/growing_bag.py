@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import cast
 
 from rosbags.interfaces import Connection, Qos
-from rosbags.rosbag2 import Writer
+from rosbags.rosbag2 import Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 
@@ -42,19 +42,16 @@ def dated_path() -> Path:
     return free_path(Path("out") / time.strftime("record-%Y%m%d-%H%M%S"))
 
 
-def continued_path(path: Path) -> Path:
-    """The path itself, or a free one beside it if a recorder was killed in its midst.
-
-    Only the last bag of a series is checked: those before it were completed before it.
+def was_cut_short(path: Path) -> bool:
+    """Whether the last bag of the series was left incomplete: its recorder was killed.
 
     Raises:
         InputError: If the path has no name, such as ``.``.
     """
-    *existing, following = _series(path)
+    *existing, _ = _series(path)
     last = existing[-1] if existing else path
     files = [*last.glob("*.mcap"), *last.glob("*.db3")]
-    is_cut_short = bool(files) and not (last / "metadata.yaml").exists()
-    return following if is_cut_short else path
+    return bool(files) and not (last / "metadata.yaml").exists()
 
 
 def _series(path: Path) -> Iterator[Path]:
@@ -64,13 +61,17 @@ def _series(path: Path) -> Iterator[Path]:
     candidate = path
     for number in count(2):
         yield candidate
-        if not candidate.exists():
+        if not os.path.lexists(candidate):
             return
         candidate = path.with_name(f"{path.name}-{number}")
 
 
 class RecordingError(PoseError):
     """The recording had to end: the disk is full, or cannot be written."""
+
+
+class ExistsError(InputError):
+    """The folder to be made exists."""
 
 
 class GrowingBag:
@@ -82,12 +83,11 @@ class GrowingBag:
         least_free: The recording ends while this much disk is still free [bytes].
 
     Raises:
-        InputError: If the folder exists or cannot be made.
+        ExistsError: If the folder exists.
+        InputError: If it cannot be made.
     """
 
     def __init__(self, path: Path, storage: str = "mcap", least_free: int = 0) -> None:
-        if path.exists():
-            raise InputError(f"{path} exists already: name another folder, or remove it first")
         self.path = path
         self._least_free = least_free
         self._typestore = make_typestore()
@@ -96,10 +96,13 @@ class GrowingBag:
         self.size = 0  # [bytes] of messages
         self._end = 0  # [bytes] of the file that are complete, the MCAP end not counted
         self._flushed_counts: dict[int, int] = {}
-        self._writer = Writer(path, version=9, storage_plugin=STORAGES[storage])
         try:
+            self._writer = Writer(path, version=9, storage_plugin=STORAGES[storage])
             path.parent.mkdir(parents=True, exist_ok=True)
             self._writer.open()
+        except WriterError as error:
+            message = f"{path} exists already: name another folder, or remove it first"
+            raise ExistsError(message) from error
         except (OSError, sqlite3.Error) as error:
             shutil.rmtree(path, ignore_errors=True)  # made just now
             raise InputError(f"cannot write {path}: {_reason(error)}") from error

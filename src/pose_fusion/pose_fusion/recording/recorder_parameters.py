@@ -10,7 +10,9 @@ from pose_core.parameters import parameter
 class RecorderParameters:
     """What is recorded, and where to."""
 
-    output: str = parameter("", doc="folder of the bag; empty: a dated folder in `out`")
+    output: str = parameter(
+        "", doc="folder of the bag; if it exists, the first of -2, -3, …; empty: dated, in `out`"
+    )
     topics: tuple[str, ...] = parameter((), doc="topics to record; empty: all that appear")
     all: bool = parameter(False, doc="record every topic that appears, as with empty `topics`")
     start_paused: bool = parameter(

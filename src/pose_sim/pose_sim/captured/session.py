@@ -1,7 +1,7 @@
 """Measurements of a captured person by two cameras and nine worn IMUs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +35,7 @@ class CapturedSpec:
     delays_s: tuple[float, float] | None = None  # [s] of the trackers; None: each model's own
     clock_offset_s: float = 0.0  # [s] by which the right camera's clock is ahead
     worn: tuple[str, ...] = NINE  # segments with an IMU
-    imu: ImuModel = ImuModel()
+    imu: ImuModel = field(default_factory=ImuModel)
 
     @property
     def models(self) -> tuple[TrackerModel, TrackerModel]:
