@@ -13,7 +13,9 @@ def walks_of(headings_deg, rates_off=0.0, seconds=40.0, tissue=0.0):
     orientations, rates = turning(seconds)
     rng = np.random.default_rng(3)
     loose = Rotation.from_rotvec(tissue * rng.standard_normal((len(rates), 3)))
-    world = Rotation.from_euler("z", headings_deg(np.arange(len(rates)) * PERIOD_S)[:, None], degrees=True)
+    world = Rotation.from_euler(
+        "z", headings_deg(np.arange(len(rates)) * PERIOD_S)[:, None], degrees=True
+    )
     walks = HeadingWalks()
     walks.add(block(world * orientations * loose, rates + rates_off))
     return walks
