@@ -72,9 +72,15 @@ def test_sources_excluded_for_one_reason_share_a_remark():
     reporter = FusionReporter(pipeline, reader)
     message = reporter.report((), {}, {}).message
     assert "left, right are not used: their stamps are 60.0 s behind their arrival" in message
-    message = reporter.report((), {}, {}, {"left": 2, "right": 1}).message
-    assert "left is not used: its stamps are 60.0 s behind their arrival, and 2 publish" in message
-    assert "right is not used: its stamps are 60.0 s behind their arrival;" in f"{message};"
+
+
+def test_topics_with_as_many_publishers_share_a_remark():
+    parameters = PipelineParameters()
+    pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
+    reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
+    reporter = FusionReporter(pipeline, reader)
+    message = reporter.report((), {}, {}, {"a": 2, "b": 3, "c": 2}).message
+    assert "2 publishers of a, c: started twice? Stop all but one; 3 publishers of b: " in message
 
 
 def test_nobody_being_chosen_is_a_warning():

@@ -18,7 +18,6 @@ from pose_calibration.imus.section import (
     read_alignments,
 )
 from pose_core.api import (
-    IMUS,
     BodyShape,
     EstimateBlock,
     PeoplePipeline,
@@ -40,7 +39,7 @@ from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
 from pose_io.clock_messages import clock_of
-from pose_io.names import imu_topic, skeletons_topic
+from pose_io.names import BODIES, imu_topic, skeletons_topic
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import unused_sensors
@@ -303,16 +302,15 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._counters.add("messages_lost", sum(lost.values()))
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
-        return self._reporter.report(unused, self._malformed, lost, self._publishers_of_excluded())
+        return self._reporter.report(unused, self._malformed, lost, self._several_publishers())
 
-    def _publishers_of_excluded(self) -> dict[str, int]:
-        """Number of publishers of each source whose stamps are implausible."""
-        topics = {sensor: skeletons_topic(sensor) for sensor in self.settings.sensors}
-        topics |= {f"{IMUS}/{segment}": imu_topic(segment) for segment in SEGMENTS}
-        return {
-            source: self.count_publishers(self.resolve_topic_name(topics[source]))
-            for source in self._reporter.excluded
-        }
+    def _several_publishers(self) -> dict[str, int]:
+        """Number of publishers of each topic that should have one and has several."""
+        topics = [f"{BODIES}{self.settings.subject}/joint_states".lstrip("/")]
+        topics += map(skeletons_topic, self.settings.sensors)
+        topics += map(imu_topic, self._imus.queues)
+        counts = {each: self.count_publishers(self.resolve_topic_name(each)) for each in topics}
+        return {topic: count for topic, count in counts.items() if count > 1}
 
 
 def main() -> None:

@@ -60,10 +60,10 @@ class FusionReporter:
             unused: Names of sensors that publish and are not used.
             malformed: Errors in the last messages of other topics, by topic.
             lost: Number of messages lost since the last report, by source.
-            publishers: Number of publishers of each :attr:`excluded` source.
+            publishers: Number of publishers of each topic that has several.
         """
         has_subject = self._pipeline.status == "tracking"
-        is_ok = has_subject and not (self._unused_sources() or malformed or lost)
+        is_ok = has_subject and not (self._unused_sources() or malformed or lost or publishers)
         return Report(
             level=Level.OK if is_ok else Level.WARN,
             message="; ".join(
@@ -108,18 +108,16 @@ class FusionReporter:
         lost: Mapping[str, int],
         publishers: Mapping[str, int],
     ) -> Iterator[str]:
-        set_aside = {
-            source: why
-            if publishers.get(source, 1) < 2
-            else f"{why}, and {publishers[source]} publishers send them: stop all but one"
-            for source, why in self.excluded.items()
-        }
-        for why in dict.fromkeys(set_aside.values()):  # one remark for all sources with a reason
-            named = [source for source, own in set_aside.items() if own == why]
+        for count in sorted(set(publishers.values())):
+            topics = ", ".join(topic for topic, own in publishers.items() if own == count)
+            yield f"{count} publishers of {topics}: started twice? Stop all but one"
+        excluded = self.excluded
+        for why in dict.fromkeys(excluded.values()):  # one remark for all sources with a reason
+            named = [source for source, own in excluded.items() if own == why]
             verb, whose = ("is", "its") if len(named) == 1 else ("are", "their")
             yield f"{', '.join(named)} {verb} not used: {whose} {why}"
         for sensor, why in self._watch.missing.items():
-            if sensor not in set_aside:
+            if sensor not in excluded:
                 yield f"{sensor} does not show the subject: {why}"
         for sensor, why in self._watch.faulty.items():
             yield f"{sensor}: {why}"
