@@ -57,6 +57,7 @@ IMU_PERIOD_S = 0.01  # [s] between reads of IMU samples, so that few wait when a
 REORDER_TIMEOUT_S = 0.01  # [s] for which a frame waits for an earlier one of another sensor
 CHECK_PERIOD_S = 0.2  # [s] between checks of the sources
 KEEP_PERIOD_S = 1.0  # [s] between saves of IMU alignments and closings of topics
+KILLED_REPORTS = 25  # of 1 s; the middleware counts a killed process's publishers for 20 s
 LATCHED_QOS = latched(QUEUE)
 
 
@@ -82,6 +83,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             *COUNTS, "malformed_transforms", "malformed_clocks", "messages_lost"
         )
         self._static_transforms = StaticTransforms()
+        self._shared: dict[str, int] = {}  # reports in a row in which a topic had several publishers
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._person = self._kept_person.load() or self.settings.person
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
@@ -310,7 +312,8 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         topics += map(skeletons_topic, self.settings.sensors)
         topics += map(imu_topic, self._imus.queues)
         counts = {each: self.count_publishers(self.resolve_topic_name(each)) for each in topics}
-        return {topic: count for topic, count in counts.items() if count > 1}
+        self._shared = {t: self._shared.get(t, 0) + 1 for t, count in counts.items() if count > 1}
+        return {topic: counts[topic] for topic, n in self._shared.items() if n > KILLED_REPORTS}
 
 
 def main() -> None:

@@ -106,8 +106,8 @@ def _several_publishers(snapshot: GraphSnapshot) -> Iterator[Finding]:
     for topic in snapshot.topics:
         is_sensor = SENSOR_TOPIC.search(topic.name) or IMU_TOPIC.search(topic.name)
         if topic.publishers > 1 and (is_sensor or topic.name.endswith("/joint_states")):
-            found = f"{topic.publishers} publishers, whose messages are mixed"
-            yield GRAPH.wrong(topic.name, found, "started twice? stop all but one")
+            remedy = "started twice? stop all but one; one that was killed counts for 20 s"
+            yield GRAPH.wrong(topic.name, f"{topic.publishers} publishers", remedy)
 
 
 def _stream(topic: TopicStatus, slowest: float) -> Finding:
