@@ -89,13 +89,13 @@ def watched(*parts):
     return watchdog
 
 
-def of_a_visitor(some, shift=(0.9, 0.0, 0.0)):
+def of_a_visitor(some):
     """The same frames with somebody else in the left view, who moves alike."""
+    moved = [with_positions(f, "left", f.samples["left"].positions + [0.9, 0.0, 0.0]) for f in some]
+    visitors = [replace(frame.samples["left"], person="visitor") for frame in moved]
     return [
-        replace(frame, samples={**frame.samples, "left": replace(s, person="visitor")})
-        for frame in some
-        for s in [with_positions(frame, "left", frame.samples["left"].positions + shift)
-                  .samples["left"]]
+        replace(frame, samples={**frame.samples, "left": visitor})
+        for frame, visitor in zip(moved, visitors, strict=True)
     ]
 
 

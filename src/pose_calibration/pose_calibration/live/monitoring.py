@@ -49,4 +49,5 @@ class Monitoring:
             self._new_clocks = dict(clocks)
             self.extrinsics = replace(self.extrinsics, clocks=self._new_clocks)
         frames = self._aligner.add(on_reference_clock(sample, self.extrinsics.clocks))
-        return any([self.watchdog.add(frame) is not None for frame in frames])
+        noticed = [self.watchdog.add(frame) for frame in frames]
+        return any(moved is not None for moved in noticed)

@@ -257,10 +257,10 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
             return SetParametersResult(successful=False, reason=str(error))
         fixed = [name for name in values if self._is_configured and name not in self.changes]
         if fixed:
-            names = ", ".join(fixed)
+            names, node = ", ".join(fixed), self.get_fully_qualified_name()
             reason = (
                 f"{names}: read when the node is configured: set it at the start, or first"
-                f" 'ros2 lifecycle set {self.get_fully_qualified_name()} deactivate', then 'cleanup'"
+                f" 'ros2 lifecycle set {node} deactivate', then 'cleanup'"
             )
             return SetParametersResult(successful=False, reason=reason)
         if self._is_configured:
