@@ -47,8 +47,8 @@ class SampleReader:
     ) -> None:
         self.judge, self.counters = judge, counters
         self.watch = CameraWatch(sensors)
-        self.unoriented: set[str] = set()
-        """IMUs whose messages since it was last cleared all lack an orientation."""
+        self.oriented: dict[str, bool] = {}
+        """Whether an IMU has sent an orientation, of those that have sent since it was cleared."""
         self.stages = LatencyStages()  # of the reference sensor's frames
         self._reference = sensors[0]
         self._readers = {sensor: SkeletonReader(sensor) for sensor in sensors}
@@ -100,8 +100,8 @@ class SampleReader:
         """
 
         def check(block: ImuBlock) -> ImuBlock:
-            oriented = {block.segments[imu] for imu in set(block.imu.tolist())}
-            self.unoriented = (self.unoriented | datas.keys()) - oriented
+            known = {block.segments[imu] for imu in set(block.imu.tolist())}
+            self.oriented |= {s: s in known or self.oriented.get(s, False) for s in datas}
             if self.judge is None:
                 return block
             return self.judge.imus(block, arrival_ns=now_ns, clocks=clocks)

@@ -119,7 +119,7 @@ def test_an_imu_without_orientation_or_plausible_stamps_is_not_called_silent():
     reporter, reader = reporter_of(merged(skeletons, [s for s in imus if s.stamp_ns < until_ns]))
     reporter.check()
     assert "no samples from the IMU on" in reporter.report((), {}, {}).message
-    reader.unoriented = {sample.segment for sample in imus}
+    reader.oriented = {sample.segment: False for sample in imus}
     reporter.check()
     message = reporter.report((), {}, {}).message
     assert "no samples" not in message

@@ -37,9 +37,9 @@ def test_imus_whose_messages_all_lack_an_orientation_are_named():
     reader = SampleReader(["left"], StampJudge(), Counters(*COUNTS))
     mute = imu(S, quaternion=np.zeros(4))
     reader.imus({"torso": [mute, imu(S)], "head": [mute]}, S, {})
-    assert reader.unoriented == {"head"}
+    assert reader.oriented == {"torso": True, "head": False}
     reader.imus({"torso": [mute], "head": [imu(2 * S)]}, 2 * S, {})
-    assert reader.unoriented == {"torso"}
+    assert reader.oriented == {"torso": True, "head": True}
 
 
 def test_stamps_are_judged_in_the_order_of_arrival():

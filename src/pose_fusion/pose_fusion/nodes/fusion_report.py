@@ -31,7 +31,8 @@ class FusionReporter:
         self._estimates = estimates
         is_undecided = self._pipeline.is_undecided
         self._watch.check(self._pipeline.subject_frames, is_undecided=is_undecided)
-        self._unoriented, self._reader.unoriented = self._reader.unoriented, set()
+        self._unoriented = {s for s, is_any in self._reader.oriented.items() if not is_any}
+        self._reader.oriented.clear()
         before, self._named = self._named, self._unused_sources()
         return before != self._named
 

@@ -10,7 +10,7 @@ from pose_core.api import FloatArray, SkeletonSample
 MISSED_CHECKS = 2  # [checks] in a row without the subject, after which a camera is named
 FROZEN_FRAMES = 6  # [frames] that are alike after others that were not: no tracker repeats itself
 ELSEWHERE = "it shows nobody at the subject's position: check its pose, units and joints"
-UNDECIDED = "somebody is in view, and it is not decided yet who"
+UNDECIDED = "it is not decided yet who is in view"
 SILENT = "it is silent: check its node and its cable"
 
 
