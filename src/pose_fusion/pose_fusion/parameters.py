@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from pose_core.api import PipelineParameters
-from pose_core.parameters import RUN, parameter
+from pose_core.parameters import OPTIONAL_NAME, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,5 +23,5 @@ class FusionNodeParameters(PipelineParameters):
         "",
         doc="name of the graph's run: a node that is restarted within a run continues with "
         "its previous results; empty: no results are kept",
-        pattern=RUN,
+        pattern=OPTIONAL_NAME,
     )

@@ -37,6 +37,17 @@ def test_the_chosen_person_is_kept_over_a_time_jump_and_a_restart(
     assert ros_context.add(FusionNode(parameter_overrides=run)).pipeline.choice.rule == "2"
 
 
+@pytest.mark.parametrize("make", [FusionNode, CalibrationNode])
+def test_a_person_who_cannot_be_part_of_a_name_is_refused(ros_context, make):
+    node = ros_context.add(make())
+
+    (result,) = node.set_parameters([Parameter("person", value="/x y")])
+
+    assert not result.successful
+    assert "cannot be part of a ROS name" in result.reason
+    assert node.set_parameters([Parameter("person", value="")])[0].successful
+
+
 def test_other_parameters_cannot_be_changed_at_run_time(ros_context):
     node = ros_context.add(FusionNode())
 

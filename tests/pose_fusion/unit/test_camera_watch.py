@@ -97,8 +97,10 @@ def test_a_camera_that_has_never_seen_the_subject_is_not_reported():
 
 def test_a_camera_with_wrong_names_is_reported_though_it_never_showed_the_subject():
     watch = CameraWatch(("left", "right"))
-    watch.note_fault("right", "its frame_id is 'map'")
-    watch.check({"left": 1})
+    for _ in range(2):
+        assert not watch.faulty  # one frame in a check may be wrong
+        watch.note_fault("right", "its frame_id is 'map'")
+        watch.check({"left": 1})
     assert watch.faulty == {"right": "its frame_id is 'map'"}
     watch.check({"left": 2})
     assert not watch.faulty

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from pose_calibration.floor.floor import KnownMounting
-from pose_core.parameters import parameter
+from pose_core.parameters import OPTIONAL_NAME, parameter
 
 ESTIMATED, KNOWN_TILT, KNOWN_HEIGHT, KNOWN = "estimated", "known_tilt", "known_height", "known"
 
@@ -13,7 +13,9 @@ class CalibrationParameters:
     """Parameters of the calibration, live and offline."""
 
     person: str = parameter(
-        "", doc="a sensor's id of the person; empty: a person whose views agree"
+        "",
+        doc="a sensor's id of the person, not a rule such as `first`; empty: one whose views agree",
+        pattern=OPTIONAL_NAME,
     )
     minimum_frames: int = parameter(
         60,

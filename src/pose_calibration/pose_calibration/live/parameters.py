@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_core.api import MAX_GAP_S
-from pose_core.parameters import NAME_ENDING, RUN, parameter
+from pose_core.parameters import NAME_ENDING, OPTIONAL_NAME, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,7 @@ class LiveCalibrationParameters(CalibrationParameters):
         "",
         doc="name of the graph's run: a node that is restarted within a run continues with "
         "its previous results; empty: no results are kept",
-        pattern=RUN,
+        pattern=OPTIONAL_NAME,
     )
     minimum_duration: float = parameter(
         3.0, unit="s", limits=(0.5, 600.0), doc="time of common view before the first solution"

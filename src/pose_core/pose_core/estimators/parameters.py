@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pose_core.baseline_filters.li2020 import Li2020Parameters
 from pose_core.estimators import ESTIMATORS
-from pose_core.parameters import NAME, NAME_ENDING, parameter
+from pose_core.parameters import NAME, NAME_ENDING, OPTIONAL_NAME, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,8 +20,9 @@ class PipelineParameters(Li2020Parameters):
     subject: str = parameter("subject", doc="the person's id in topics and frames", pattern=NAME)
     person: str = parameter(
         "first",
-        doc="the subject: `first`, `nearest` (to the first sensor), `imus` (the wearer), or a"
-        " sensor's id",
+        doc="the subject: `first` (also if empty), `nearest` (to the first sensor), `imus` (the"
+        " wearer), or a sensor's id",
+        pattern=OPTIONAL_NAME,
     )
     max_people: int = parameter(
         1, limits=(1, 6), doc="number of people to track, including the subject"

@@ -19,6 +19,7 @@ class _Camera:
     frames: int = 0  # since the last check, of any kind
     trouble: str = ""  # with the last one of them
     fault: str = ""  # in the names or positions of one of them, since the last check
+    fault_before: str = ""  # the same, at the last check
     shown: int = 0  # frames of the subject, at the last check
     missed: int = 0  # checks in a row in which there were no more
     picture: Sequence[FloatArray] = field(default_factory=tuple)  # everybody's joints
@@ -81,6 +82,6 @@ class CameraWatch:
             if camera.missed >= MISSED_CHECKS and count > 0:
                 why = camera.fault or camera.trouble if camera.frames else SILENT
                 self.missing[sensor] = UNDECIDED if is_undecided and why == ELSEWHERE else why
-            elif camera.fault:
+            elif camera.fault and camera.fault == camera.fault_before:
                 self.faulty[sensor] = camera.fault
-            camera.frames, camera.fault = 0, ""
+            camera.frames, camera.fault_before, camera.fault = 0, camera.fault, ""

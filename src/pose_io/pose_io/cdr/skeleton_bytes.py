@@ -211,13 +211,13 @@ def unknown_state(person: str, state: int) -> InputError:
 def _persons(
     form: _Form, rows: NDArray[np.uint8], sensor: str
 ) -> tuple[list[Persons | InputError], bool]:
-    """The persons of messages of one form; whether joints tracked in the last have positions."""
+    """The persons of messages of one form; whether any joint has a position, if any is tracked."""
     result: list[Persons | InputError] = [[] for _ in rows]
     is_tracked = is_placed = False
     for person, places in form.persons:
         stamps_ns, positions, state, highest = read_joints(rows, places, form.is_little)
-        is_tracked |= bool(highest[-1:].any())
-        is_placed |= bool(state[-1:].any())
+        is_tracked |= bool(highest.any())
+        is_placed |= bool(state.any())
         numbers = zip(stamps_ns.tolist(), highest.tolist(), strict=True)
         for index, (stamp_ns, highest_state) in enumerate(numbers):
             before = result[index]
