@@ -77,6 +77,10 @@ def test_a_wrong_calibration_is_reported_too():
     assert any(moved is not None for moved in noticed)
     assert watchdog.displacement["right"] == pytest.approx(0.15, abs=0.02)
 
+    turned = Watchdog(extrinsics_from_map(bumped(turn_deg=90.0)))
+    some = frames(duration_s=18.0, noise=0.01, walks=False)
+    assert any(turned.add(frame) is not None for frame in some)
+
 
 def watched(*parts):
     """A watchdog after some parts of a session, one after the other."""

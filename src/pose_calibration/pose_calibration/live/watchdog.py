@@ -7,8 +7,8 @@ last four seconds is compared with earlier such means. On recordings of persons 
 Kinects this detects two to four times as many steps of 2 cm or 1 degree as single seconds do, with
 fewer false alarms.
 
-Only instants at which the views are of one person count: their postures agree, and where they are
-farther apart than one person's views may be, no sensor's id of the person is a new one.
+Once the views have agreed, only instants at which they are of one person count: near one another,
+their postures agree; farther apart, no sensor's id of the person is a new one.
 """
 
 from collections import deque
@@ -115,10 +115,10 @@ class Watchdog:
     ) -> bool:
         """Whether the views are of one person, by differences and their median over the joints."""
         posture = nan_median(np.linalg.norm(off - displacement[:, None], axis=2).T)
-        if np.nanmax(posture) > POSTURE_M:
-            return False
         persons = {name: sample.person for name, sample in frame.samples.items()}
         if np.nanmax(np.linalg.norm(displacement, axis=1)) < NEAR_M:
+            if np.nanmax(posture) > POSTURE_M:
+                return not self._persons
             self._persons.update(persons)
         return all(self._persons.get(name, person) == person for name, person in persons.items())
 
