@@ -63,8 +63,8 @@ def parameter(
         unit: The unit, ``-`` if it has none.
         limits: Smallest and largest allowed value, in ``unit``.
         choices: The allowed strings.
-        pattern: What the string, or each of them, must match because it becomes part of topics
-            and frames: :data:`NAME` or :data:`NAME_ENDING`.
+        pattern: What the string, or each of them, must match to be part of topics and frames:
+            :data:`NAME`, :data:`NAME_ENDING` or :data:`RUN`.
     """
     chosen = tuple(choices) if choices else None
     spec = ParameterSpec(doc=doc, unit=unit, limits=limits, choices=chosen, pattern=pattern)
@@ -118,7 +118,7 @@ def checked(name: str, value: Any, default: Any, spec: ParameterSpec) -> Any:
 def _check_pattern(name: str, value: str, spec: ParameterSpec) -> None:
     if spec.pattern is not None and not re.fullmatch(spec.pattern, value, re.ASCII):
         raise ParameterError(
-            f"{name} = {value!r} cannot be part of a topic: use letters, digits and underscores"
+            f"{name} = {value!r} cannot be part of a ROS name: use letters, digits and underscores"
             + (", a letter first" if spec.pattern == NAME else "")
         )
 

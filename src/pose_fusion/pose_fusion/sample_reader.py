@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -48,6 +47,8 @@ class SampleReader:
     ) -> None:
         self.judge, self.counters = judge, counters
         self.watch = CameraWatch(sensors)
+        self.oriented: dict[str, bool] = {}
+        """Whether an IMU has sent an orientation, of those that have sent since it was cleared."""
         self.stages = LatencyStages()  # of the reference sensor's frames
         self._reference = sensors[0]
         self._readers = {sensor: SkeletonReader(sensor) for sensor in sensors}
@@ -82,6 +83,7 @@ class SampleReader:
         if self.judge is not None:
             judged = self.judge.skeleton(persons[0], times.received_ns, clocks)
             if judged is None:
+                self.watch.note_trouble(sensor, "its stamps are implausible")
                 return None
             persons = [replace(person, stamp_ns=judged.stamp_ns) for person in persons]
         if sensor == self._reference:
@@ -96,9 +98,14 @@ class SampleReader:
             now_ns: The host's clock [ns].
             clocks: Clocks that correct the stamps afterwards.
         """
-        if self.judge is None:
-            return read_imus(datas, self.counters)
-        check = partial(self.judge.imus, arrival_ns=now_ns, clocks=clocks)
+
+        def check(block: ImuBlock) -> ImuBlock:
+            known = {block.segments[imu] for imu in set(block.imu.tolist())}
+            self.oriented |= {s: s in known or self.oriented.get(s, False) for s in datas}
+            if self.judge is None:
+                return block
+            return self.judge.imus(block, arrival_ns=now_ns, clocks=clocks)
+
         return read_imus(datas, self.counters, check)
 
 

@@ -127,7 +127,7 @@ def test_diagnostics_have_the_progress_and_the_end(bridge, ros_context, spin_unt
         ({"sensor": "middle"}, InputError, "sensor 'middle' was asked for"),
         ({"rate": 0.0}, ParameterError, "rate"),
         ({"clock": "sundial"}, ParameterError, "sundial"),
-        ({"name": "a/b"}, ParameterError, "cannot be part of a topic"),
+        ({"name": "a/b"}, ParameterError, "cannot be part of a ROS name"),
         ({"start_at": "noon"}, ParameterError, "not a UNIX time"),
     ],
 )

@@ -7,7 +7,7 @@ from pose_core.parameters import from_mapping
 
 @pytest.mark.parametrize("name", ["", "left/right", "left eye", "_", "links-oben"])
 def test_a_name_that_is_no_part_of_a_topic_is_refused(name):
-    with pytest.raises(ParameterError, match="cannot be part of a topic"):
+    with pytest.raises(ParameterError, match="cannot be part of a ROS name"):
         from_mapping(KinectBridgeParameters, {"name": name})
 
 

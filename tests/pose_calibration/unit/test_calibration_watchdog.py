@@ -1,9 +1,11 @@
 """Detection of a moved sensor, without false alarms by a moving person."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from walking_person import POSES, frames, sensor_pose
+from walking_person import POSES, SWAPPED, frames, sensor_pose, with_positions
 
 from pose_calibration.live.watchdog import Watchdog
 from pose_core.session.extrinsics import extrinsics_from_map
@@ -74,3 +76,52 @@ def test_a_wrong_calibration_is_reported_too():
     noticed = [watchdog.add(frame) for frame in frames(duration_s=18.0, noise=0.01)]
     assert any(moved is not None for moved in noticed)
     assert watchdog.displacement["right"] == pytest.approx(0.15, abs=0.02)
+
+    turned = Watchdog(extrinsics_from_map(bumped(turn_deg=90.0)))
+    some = frames(duration_s=18.0, noise=0.01, walks=False)
+    assert any(turned.add(frame) is not None for frame in some)
+
+
+def watched(*parts):
+    """A watchdog after some parts of a session, one after the other."""
+    watchdog, next_ns = Watchdog(extrinsics_from_map(POSES)), 0
+    for part in parts:
+        offset_ns = next_ns - part[0].stamp_ns
+        for frame in part:
+            watchdog.add(replace(frame, stamp_ns=frame.stamp_ns + offset_ns))
+        next_ns = part[-1].stamp_ns + offset_ns + 66_000_000
+    return watchdog
+
+
+def of_a_visitor(some):
+    """The same frames with somebody else in the left view, who moves alike."""
+    moved = [with_positions(f, "left", f.samples["left"].positions + [0.9, 0.0, 0.0]) for f in some]
+    visitors = [replace(frame.samples["left"], person="visitor") for frame in moved]
+    return [
+        replace(frame, samples={**frame.samples, "left": visitor})
+        for frame, visitor in zip(moved, visitors, strict=True)
+    ]
+
+
+def test_another_person_in_one_view_is_not_a_moved_sensor():
+    before, during = (frames(duration_s=BEFORE_S, noise=0.02, seed=seed) for seed in (1, 2))
+    assert watched(before, of_a_visitor(during)).moved is None
+
+
+def test_exchanged_names_of_sides_are_not_a_moved_sensor():
+    before, during = (frames(duration_s=BEFORE_S, noise=0.02, seed=seed) for seed in (1, 2))
+    swapped = [with_positions(f, "right", f.samples["right"].positions[SWAPPED]) for f in during]
+    assert watched(before, swapped).moved is None
+
+
+def test_a_sensor_that_is_carried_with_its_person_in_view_is_reported():
+    before = frames(duration_s=BEFORE_S, noise=0.02, seed=1)
+    after = frames(duration_s=AFTER_S, noise=0.02, poses=bumped((0.0, 0.9, 0.0)))
+    assert watched(before, after).moved.distance == pytest.approx(0.9, abs=0.05)
+
+
+def test_the_report_of_a_moved_sensor_ends_when_the_views_agree_again():
+    before = frames(duration_s=BEFORE_S, noise=0.01, seed=1)
+    during = frames(duration_s=60.0, noise=0.01, seed=2, poses=bumped((0.0, 0.02, 0.0)))
+    assert watched(before, during).moved is not None
+    assert watched(before, during, frames(duration_s=8.0, noise=0.01, seed=3)).moved is None

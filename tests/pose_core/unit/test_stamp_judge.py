@@ -88,7 +88,7 @@ def test_after_a_clock_step_a_source_is_rejected_and_then_used_with_its_offset(l
     ("stamp_of", "reason"),
     [
         (lambda true_ns: 2 * START + 2 * S - true_ns, "behind"),
-        (lambda true_ns: 0, "behind"),
+        (lambda true_ns: 0, "stamps are zero: set header.stamp"),
         (lambda true_ns: -true_ns, "behind"),
         (lambda true_ns: true_ns - S, "1.0 s behind"),
         (lambda true_ns: 2 * true_ns - START - 2 * S, "ahead"),

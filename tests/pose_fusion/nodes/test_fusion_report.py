@@ -10,10 +10,11 @@ from worn_imus import merged, moving_wearer
 from pose_core.api import PeoplePipeline, PipelineParameters
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import ImuSample
+from pose_core.streams.samples import ImuSample, block_of
 from pose_core.streams.stamp_judge import StampJudge
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.sample_reader import COUNTS, SampleReader
+from pose_fusion.watching.cameras import UNDECIDED
 from pose_node.level import Level
 
 DURATION_S = 12.0
@@ -72,9 +73,15 @@ def test_sources_excluded_for_one_reason_share_a_remark():
     reporter = FusionReporter(pipeline, reader)
     message = reporter.report((), {}, {}).message
     assert "left, right are not used: their stamps are 60.0 s behind their arrival" in message
-    message = reporter.report((), {}, {}, {"left": 2, "right": 1}).message
-    assert "left is not used: its stamps are 60.0 s behind their arrival, and 2 publish" in message
-    assert "right is not used: its stamps are 60.0 s behind their arrival;" in f"{message};"
+
+
+def test_topics_with_as_many_publishers_share_a_remark():
+    parameters = PipelineParameters()
+    pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
+    reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
+    reporter = FusionReporter(pipeline, reader)
+    message = reporter.report((), {}, {}, {"a": 2, "b": 3, "c": 2}).message
+    assert "2 publishers of a, c: started twice? Stop all but one; 3 publishers of b: " in message
 
 
 def test_nobody_being_chosen_is_a_warning():
@@ -94,3 +101,44 @@ def test_nobody_being_chosen_is_a_warning():
     report = reporter.report((), {}, {})
     assert report.message.startswith("nobody is chosen yet by person = anna")
     assert report.level == Level.WARN
+
+
+def reporter_of(samples):
+    """A reporter after these skeletons, and its reader."""
+    parameters = PipelineParameters()
+    pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
+    for sample in samples:
+        pipeline.add(sample if isinstance(sample, ImuSample) else [sample])
+    reader = SampleReader(parameters.sensors, judge=StampJudge(), counters=Counters(*COUNTS))
+    return FusionReporter(pipeline, reader), reader
+
+
+def test_an_imu_without_orientation_or_plausible_stamps_is_not_called_silent():
+    _, _, skeletons, imus = moving_wearer(4.0)
+    until_ns = imus[0].stamp_ns + 2 * NS_PER_S
+    reporter, reader = reporter_of(merged(skeletons, [s for s in imus if s.stamp_ns < until_ns]))
+    reporter.check()
+    assert "no samples from the IMU on" in reporter.report((), {}, {}).message
+    reader.oriented = {sample.segment: False for sample in imus}
+    reporter.check()
+    message = reporter.report((), {}, {}).message
+    assert "no samples" not in message
+    assert "have no orientation" in message
+    for sample in 10 * list({sample.segment: sample for sample in imus}.values()):
+        reader.judge.imus(block_of(replace(sample, stamp_ns=0)), sample.stamp_ns, {})
+    reporter.check()
+    message = reporter.report((), {}, {}).message
+    assert "no samples" not in message
+    assert "their stamps are zero: set header.stamp to the time of capture" in message
+
+
+def test_skeletons_that_are_held_back_are_not_called_nobody():
+    _, _, skeletons, _ = moving_wearer(4.0)
+    reporter, _ = reporter_of(skeletons)
+    reporter.check()
+    for sample in skeletons[-6:]:
+        far = replace(sample, stamp_ns=sample.stamp_ns + 3 * NS_PER_S, person="back")
+        reporter._pipeline.add([replace(far, positions=far.positions + [1.0, 0.0, 0.0])])
+    for _ in range(5):
+        reporter.check()
+    assert reporter.report((), {}, {}).message.startswith(UNDECIDED)

@@ -56,6 +56,16 @@ def test_the_listener_reports_sensors_tracking_and_latency(ros_context, spin_unt
     assert "/kinect_left" in snapshot.nodes
 
 
+def test_the_listener_counts_the_publishers_of_a_topic(ros_context, spin_until):
+    listener = ros_context.add(GraphListener())
+    for name in ("kinect_left", "relay"):
+        ros_context.make_node(name).create_publisher(SkeletonArray, "kinect_left/skeletons", 10)
+    spin_until(
+        lambda: (topic := found(listener, "/kinect_left/skeletons")) and topic.publishers == 2,
+        what="both publishers",
+    )
+
+
 def test_the_listener_receives_its_own_messages_and_lists_no_node_of_its_own(
     ros_context, spin_until
 ):

@@ -5,7 +5,7 @@ import pytest
 
 from pose_core.joints import JOINTS
 from pose_core.streams.samples import SkeletonSample
-from pose_fusion.watching.cameras import FROZEN_FRAMES, MISSED_CHECKS, CameraWatch
+from pose_fusion.watching.cameras import FROZEN_FRAMES, MISSED_CHECKS, UNDECIDED, CameraWatch
 
 
 def person(x, tracking_state=2):
@@ -67,12 +67,23 @@ def test_a_frozen_camera_is_rejected_until_its_frames_change(watch):
     assert watch.note_frame("right", [person(3.0)])
 
 
-def test_a_camera_whose_joints_lose_their_positions_is_not_called_frozen(watch):
+def test_a_camera_whose_joints_lose_their_positions_is_named_by_its_fault_and_not_as_frozen(watch):
     watch.note_frame("right", [person(1.0)])
-    for _ in range(FROZEN_FRAMES + 1):
-        watch.note_frame("right", [person(np.nan)])
-    missing = looks(watch, lambda _: watch.note_frame("right", [person(np.nan)]))
-    assert missing["right"].startswith("no joint has a finite position")
+    assert all(watch.note_frame("right", [person(np.nan, 0)]) for _ in range(FROZEN_FRAMES + 1))
+
+    def note(_):
+        watch.note_frame("right", [person(np.nan, 0)])
+        watch.note_fault("right", "no joint has a position")
+
+    assert looks(watch, note) == {"right": "no joint has a position"}
+    assert not watch.faulty
+
+
+def test_while_identities_are_undecided_no_pose_or_unit_is_blamed(watch):
+    for k in range(MISSED_CHECKS):
+        watch.note_frame("right", [person(1.0 + k)])
+        watch.check({"left": 2 + k, "right": 1}, is_undecided=True)
+    assert watch.missing == {"right": UNDECIDED}
 
 
 def test_a_source_that_has_never_changed_is_not_a_frozen_camera(watch):
@@ -86,8 +97,10 @@ def test_a_camera_that_has_never_seen_the_subject_is_not_reported():
 
 def test_a_camera_with_wrong_names_is_reported_though_it_never_showed_the_subject():
     watch = CameraWatch(("left", "right"))
-    watch.note_fault("right", "its frame_id is 'map'")
-    watch.check({"left": 1})
+    for _ in range(2):
+        assert not watch.faulty  # one frame in a check may be wrong
+        watch.note_fault("right", "its frame_id is 'map'")
+        watch.check({"left": 1})
     assert watch.faulty == {"right": "its frame_id is 'map'"}
     watch.check({"left": 2})
     assert not watch.faulty

@@ -33,6 +33,15 @@ def test_messages_without_an_orientation_are_counted():
     assert counters["imu_without_orientation"] == 2
 
 
+def test_imus_whose_messages_all_lack_an_orientation_are_named():
+    reader = SampleReader(["left"], StampJudge(), Counters(*COUNTS))
+    mute = imu(S, quaternion=np.zeros(4))
+    reader.imus({"torso": [mute, imu(S)], "head": [mute]}, S, {})
+    assert reader.oriented == {"torso": True, "head": False}
+    reader.imus({"torso": [mute], "head": [imu(2 * S)]}, 2 * S, {})
+    assert reader.oriented == {"torso": True, "head": True}
+
+
 def test_stamps_are_judged_in_the_order_of_arrival():
     counters = Counters(*COUNTS)
     datas = {"torso": [imu(S + 20 * MS), imu(S + 10 * MS), imu(S + 30 * MS)]}

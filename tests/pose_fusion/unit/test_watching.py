@@ -266,3 +266,14 @@ def test_the_page_of_an_empty_graph_says_how_to_start_one():
 def test_a_replayed_recording_has_no_latency():
     text = "\n".join(shown(changed(HEALTHY, "/kinect_left/skeletons", latency_s=1e6)))
     assert "replayed" in text
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["/kinect_left/skeletons", "/imu_torso/data", "/humans/bodies/subject/joint_states"],
+)
+def test_a_topic_with_several_publishers_is_a_fault(name):
+    findings = graph_findings(changed(HEALTHY, name, publishers=2))
+    (wrong,) = [finding for finding in findings if finding.verdict is Verdict.WRONG]
+    assert (wrong.subject, wrong.found[:12]) == (name, "2 publishers")
+    assert not [f for f in graph_findings(changed(HEALTHY, "/tf", publishers=2)) if f.remedy]

@@ -8,7 +8,7 @@ import pytest
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, TrackingState
 from pose_io.cdr.imu_bytes import imu_block
-from pose_io.cdr.skeleton_bytes import FORM_BYTES_KEPT, SkeletonReader
+from pose_io.cdr.skeleton_bytes import FORM_BYTES_KEPT, NO_POSITION, SkeletonReader
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.static_transforms import transforms_to_map
 from pose_io.typestore import make_typestore
@@ -119,3 +119,14 @@ def test_a_message_of_a_megabyte_is_refused():
     (error,) = SkeletonReader("left").read([b"\0\1\0\0" + b"\0" * 1_000_000])
     assert isinstance(error, InputError)
     assert "expected 5 to 262144" in str(error)
+
+
+@pytest.mark.parametrize("position", [(100.0, 200.0, 2000.0), (np.nan,) * 3, (0.0, 0.0, 0.0)])
+def test_tracked_joints_without_any_position_are_a_fault(position):
+    reader, one = SkeletonReader("left"), skeleton(position)
+    header = dataclasses.replace(HEADER, frame_id="")
+    for positions, fault in (([one.position[-1]] * 15, NO_POSITION), (one.position, "")):
+        each = dataclasses.replace(one, position=positions)
+        array = TYPES["pose_msgs/msg/SkeletonArray"](header=header, skeletons=[each])
+        reader.read(serialized([array]))
+        assert reader.fault == fault

@@ -45,11 +45,11 @@ def test_a_value_outside_its_range_is_reported_with_its_unit(ros_context):
     [("subject", "a b"), ("subject", ""), ("subject", "a/b"), ("subject", "1st"), ("subject", "ü")],
 )
 def test_a_name_that_cannot_be_part_of_a_topic_is_refused(ros_context, name, value):
-    with pytest.raises(ParameterError, match=f"{name} = '{value}' cannot be part of a topic"):
+    with pytest.raises(ParameterError, match=f"{name} = '{value}' cannot be part of a ROS name"):
         declare(ros_context, **{name: value})
 
 
 def test_each_name_in_a_list_is_checked(ros_context):
     assert declare(ros_context, sensors=["left", "2"]).sensors == ("left", "2")
-    with pytest.raises(ParameterError, match="sensors = 'a b' cannot be part of a topic"):
+    with pytest.raises(ParameterError, match="sensors = 'a b' cannot be part of a ROS name"):
         declare(ros_context, sensors=["left", "a b"])

@@ -148,6 +148,16 @@ def test_a_cleaned_up_node_can_be_reconfigured(bench):
     assert b.node.log[-1] == "configured at 60 Hz"
 
 
+@pytest.mark.parametrize("transition", ["activate", "configure", "inactive_shutdown"])
+def test_a_transition_that_does_not_start_in_the_state_is_refused(bench, transition):
+    b = bench()
+
+    assert not b.go(transition)
+    assert b.state == "active"
+    assert b.node.log == ["configured at 30 Hz", "activated"]
+    assert b.go("deactivate")
+
+
 def test_shutdown_stops_the_node_first(bench):
     b = bench()
 
@@ -205,7 +215,7 @@ def test_a_static_parameter_is_refused_with_reason_and_remedy(bench):
 
     assert b.set("rate", 60.0) == (
         "rate: read when the node is configured: set it at the start, or first"
-        " 'ros2 lifecycle set /listener' deactivate and cleanup"
+        " 'ros2 lifecycle set /listener deactivate', then 'cleanup'"
     )
     assert "outside" in b.set("rate", 0.5) or "range" in b.set("rate", 0.5)
 

@@ -13,7 +13,8 @@ class CalibrationParameters:
     """Parameters of the calibration, live and offline."""
 
     person: str = parameter(
-        "", doc="a sensor's id of the person; empty: a person whose views agree"
+        "",
+        doc="a sensor's id of the person, not a rule such as `first`; empty: one whose views agree",
     )
     minimum_frames: int = parameter(
         60,

@@ -92,8 +92,8 @@ class LiveCalibration:
 
     @property
     def moved(self) -> Moved | None:
-        """A sensor that has been moved since the calibration."""
-        return None if self._monitoring is None else self._monitoring.moved
+        """A sensor that has been moved since the calibration, until the views agree again."""
+        return None if self._monitoring is None else self._monitoring.watchdog.moved
 
     @property
     def displacement(self) -> Mapping[str, float]:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.live.clock_tracking import ClockTracker
-from pose_calibration.live.watchdog import Moved, Watchdog
+from pose_calibration.live.watchdog import Watchdog
 from pose_core.api import (
     Clocks,
     Extrinsics,
@@ -28,7 +28,6 @@ class Monitoring:
 
     def __init__(self, extrinsics: Extrinsics, aligner: TimeAligner, max_offset_s: float) -> None:
         self.extrinsics = extrinsics  # with the latest clocks
-        self.moved: Moved | None = None  # the last motion of a sensor that was detected
         self._aligner = aligner
         self._clock_tracker = ClockTracker(extrinsics, max_offset_s)
         self.watchdog = Watchdog(extrinsics)
@@ -49,7 +48,6 @@ class Monitoring:
         if clocks is not None and moved_most_ns(known, clocks, sample.stamp_ns) > CHANGED_NS:
             self._new_clocks = dict(clocks)
             self.extrinsics = replace(self.extrinsics, clocks=self._new_clocks)
-        before = self.moved
-        for frame in self._aligner.add(on_reference_clock(sample, self.extrinsics.clocks)):
-            self.moved = self.watchdog.add(frame) or self.moved
-        return before is None and self.moved is not None
+        frames = self._aligner.add(on_reference_clock(sample, self.extrinsics.clocks))
+        noticed = [self.watchdog.add(frame) for frame in frames]
+        return any(moved is not None for moved in noticed)

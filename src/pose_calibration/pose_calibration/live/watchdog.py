@@ -6,6 +6,9 @@ has a lasting step: the camera's translation, or its rotation times the distance
 last four seconds is compared with earlier such means. On recordings of persons who walk before two
 Kinects this detects two to four times as many steps of 2 cm or 1 degree as single seconds do, with
 fewer false alarms.
+
+Once the views have agreed, only instants at which they are of one person count: near one another,
+their postures agree; farther apart, no sensor's id of the person is a new one.
 """
 
 from collections import deque
@@ -28,6 +31,9 @@ LEAST_SHARE = 0.5  # [-] of their mean step, required of every one
 MOVED_M = 0.012  # [m] smallest mean step that is reported: 2 cm, less its noise
 DEVIATIONS = 6.0  # [-] smallest step in standard deviations of earlier means
 WRONG_M = 0.08  # [m] displacement of a whole baseline: the calibration was wrong from the start
+AGREES = 0.5  # [-] of the smallest step that is reported, below which the views agree again
+POSTURE_M = 0.2  # [m] median joint's distance, less the displacement, between different postures
+NEAR_M = 0.35  # [m] displacement from which on views with new ids may be of different people
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,11 +53,14 @@ class Watchdog:
     """Compares the sensors' views, placed by a calibration."""
 
     def __init__(self, extrinsics: Extrinsics) -> None:
+        self.moved: Moved | None = None  # a motion, until the views agree again
         self._extrinsics = extrinsics
         self._sensors = extrinsics.sensors
         self._frames: list[FloatArray] = []
         self._block_end_ns: int | None = None
         self._blocks: deque[FloatArray] = deque(maxlen=BASELINE_BLOCKS + NEWEST_BLOCKS)
+        self._before: list[FloatArray] = []  # blocks before the motion
+        self._persons: dict[str, str] = {}  # each sensor's id when the views were last near
 
     @property
     def displacement(self) -> Mapping[str, float]:
@@ -66,7 +75,7 @@ class Watchdog:
         }
 
     def add(self, frame: AlignedFrame) -> Moved | None:
-        """Add an instant; at the end of each second, returns a detected motion."""
+        """Add an instant; at the end of each second, returns a newly detected motion."""
         end_ns = self._block_end_ns
         if end_ns is None or not -BLOCK_NS <= frame.stamp_ns - end_ns < BLOCK_NS:
             self._frames.clear()  # the first frame, or after a pause
@@ -76,16 +85,17 @@ class Watchdog:
             end_ns += BLOCK_NS
             if len(self._frames) >= LEAST_FRAMES:
                 self._blocks.append(nan_median(np.stack(self._frames)))
-                noticed = self._judge()
+                noticed = self._compare()
             self._frames.clear()
         self._block_end_ns = end_ns
-        displacement = self._displacement(frame)
-        if np.isfinite(displacement).any():
+        off = self._differences(frame)
+        displacement = nan_median(off.transpose(1, 0, 2))
+        if np.isfinite(displacement).any() and self._is_one_person(frame, off, displacement):
             self._frames.append(displacement)
         return noticed
 
-    def _displacement(self, frame: AlignedFrame) -> FloatArray:
-        """Median over joints of each view's difference to the others' mean [m], (sensors, 3)."""
+    def _differences(self, frame: AlignedFrame) -> FloatArray:
+        """Each view's joints less the others' mean [m], (sensors, 15, 3)."""
         T_reference_sensor = self._extrinsics.T_reference_sensor
         seen = tracked_positions(frame, self._sensors)
         places = np.stack(
@@ -98,28 +108,47 @@ class Watchdog:
         filled = np.where(is_known[..., None], places, 0.0)
         others = is_known.sum(axis=0) - is_known
         mean = (filled.sum(axis=0) - filled) / np.maximum(others, 1)[..., None]
-        off = np.where((is_known & (others > 0))[..., None], places - mean, np.nan)
-        return nan_median(off.transpose(1, 0, 2))
+        return np.where((is_known & (others > 0))[..., None], places - mean, np.nan)
 
-    def _judge(self) -> Moved | None:
-        if len(self._blocks) < LEAST_BASELINE + NEWEST_BLOCKS:
+    def _is_one_person(
+        self, frame: AlignedFrame, off: FloatArray, displacement: FloatArray
+    ) -> bool:
+        """Whether the views are of one person, by differences and their median over the joints."""
+        posture = nan_median(np.linalg.norm(off - displacement[:, None], axis=2).T)
+        persons = {name: sample.person for name, sample in frame.samples.items()}
+        if np.nanmax(np.linalg.norm(displacement, axis=1)) < NEAR_M:
+            if np.nanmax(posture) > POSTURE_M:
+                return not self._persons
+            self._persons.update(persons)
+        return all(self._persons.get(name, person) == person for name, person in persons.items())
+
+    def _compare(self) -> Moved | None:
+        """Compare the newest blocks with those before, or before the last motion."""
+        before, newest = list(self._blocks)[:-NEWEST_BLOCKS], list(self._blocks)[-NEWEST_BLOCKS:]
+        before = self._before or before
+        if len(before) < LEAST_BASELINE:
             return None
-        blocks = np.stack(self._blocks)
-        before, newest = blocks[:-NEWEST_BLOCKS], blocks[-NEWEST_BLOCKS:]
+        known, self.moved = self.moved, self._judge(np.stack(before), np.stack(newest))
+        self._before = before if self.moved else []
+        if known and not self.moved:
+            self._blocks = deque([*before, *newest], self._blocks.maxlen)
+        return None if known else self.moved
+
+    def _judge(self, before: FloatArray, newest: FloatArray) -> Moved | None:
         baseline = nan_median(before)
         threshold = np.maximum(MOVED_M, DEVIATIONS * _scatter_of_means(before, baseline))
-        steps = newest - baseline
+        wrong = np.maximum(WRONG_M, threshold)
+        is_wrong = np.linalg.norm(baseline, axis=1) > wrong
+        steps = newest - np.where(is_wrong[:, None], 0.0, baseline)
         mean = steps.mean(axis=0)
         step = np.linalg.norm(mean, axis=1)
         along = (steps * mean).sum(axis=2) / np.maximum(step, 1e-9)
         lasting = along.min(axis=0) > LEAST_SHARE * step  # not an outlier of one second
-        beyond = np.nan_to_num(step / threshold, nan=0.0) * lasting
-        if beyond.max() < 1.0:
-            wrong = np.nan_to_num(np.linalg.norm(baseline, axis=1) / np.maximum(WRONG_M, threshold))
-            if wrong.max() < 1.0:
-                return None
-            return self._moved(wrong, np.linalg.norm(baseline, axis=1))
-        return self._moved(beyond, step)
+        beyond = np.nan_to_num(step / np.where(is_wrong, wrong, threshold), nan=0.0)
+        if self.moved is not None:
+            return self.moved if beyond.max() > AGREES else None
+        beyond *= lasting
+        return self._moved(beyond, step) if beyond.max() >= 1.0 else None
 
     def _moved(self, share: FloatArray, distance: FloatArray) -> Moved:
         worst = int(np.argmax(share))

@@ -20,8 +20,8 @@ class PipelineParameters(Li2020Parameters):
     subject: str = parameter("subject", doc="the person's id in topics and frames", pattern=NAME)
     person: str = parameter(
         "first",
-        doc="the subject: `first`, `nearest` (to the first sensor), `imus` (the wearer), or a"
-        " sensor's id",
+        doc="the subject: `first` (also if empty), `nearest` (to the first sensor), `imus` (the"
+        " wearer), or a sensor's id",
     )
     max_people: int = parameter(
         1, limits=(1, 6), doc="number of people to track, including the subject"

@@ -118,6 +118,11 @@ class PeoplePipeline:
         return any(pipeline.holds_frames for pipeline in self._pipelines)
 
     @property
+    def is_undecided(self) -> bool:
+        """Whether it is not decided yet who somebody in view is."""
+        return self._people.holds_back
+
+    @property
     def status(self) -> str:
         """State of the subject's pipeline, as text for people."""
         is_chosen = self.choice.number is not None

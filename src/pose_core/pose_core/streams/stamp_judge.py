@@ -21,6 +21,8 @@ CAMERA_LAG_NS = NS_PER_S // 2  # [ns] largest lag of a camera's sample
 IMU_LAG_NS = NS_PER_S // 5  # [ns] largest lag of an IMU's sample
 LARGEST_LEAD_NS = NS_PER_S // 10  # [ns] largest lead of a stamp over its arrival
 SLOWEST_NS = 2 * NS_PER_S  # [ns] lag up to which samples may really be that old
+LARGEST_OFFSET_NS = 5 * NS_PER_S  # [ns] of clocks, by which stamps of zero are corrected
+ZERO = "stamps are zero: set header.stamp to the time of capture"
 STEADY_NS = NS_PER_S  # [ns] for which a clock must run steadily after a jump
 STEADY_SPREAD_NS = NS_PER_S // 10  # [ns] variation of its lag meanwhile
 SAME_OFFSET_NS = NS_PER_S // 4  # [ns] within which two sources' offsets are taken as one clock's
@@ -136,7 +138,7 @@ class StampJudge:
         if source.is_behind and source.wrong < TOLERATED - FORGIVEN:
             source.reason = ""
         if fault or source.reason:
-            self._note_fault(source, fault, lag_ns)
+            self._note_fault(source, fault, lag_ns, stamp_ns)
             return self._try_again(source, stamp_ns, arrival_ns)
         source.repeated = 0
         source.trial_stamp_ns = None
@@ -159,7 +161,7 @@ class StampJudge:
             return "stamps_repeated" if stamp == source.last_ns else "stamps_backwards"
         return ""
 
-    def _note_fault(self, source: _Source, fault: str, lag_ns: int) -> None:
+    def _note_fault(self, source: _Source, fault: str, lag_ns: int, stamp_ns: int) -> None:
         self.counters.add(fault or "samples_set_aside")
         is_tolerated = source.wrong < TOLERATED and fault != "stamps_repeated"
         if is_tolerated or not fault:
@@ -173,7 +175,8 @@ class StampJudge:
             "stamps_repeated": "stamps stand still",
             "stamps_backwards": "stamps run backwards",
         }
-        source.reason = text[fault]
+        is_zero = fault == "stamps_too_old" and abs(stamp_ns) < LARGEST_OFFSET_NS
+        source.reason = ZERO if is_zero else text[fault]
         source.is_behind &= fault == "stamps_too_old"
 
     def _try_again(self, source: _Source, stamp_ns: int, arrival_ns: int) -> bool:

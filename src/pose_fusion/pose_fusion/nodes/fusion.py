@@ -18,7 +18,6 @@ from pose_calibration.imus.section import (
     read_alignments,
 )
 from pose_core.api import (
-    IMUS,
     BodyShape,
     EstimateBlock,
     PeoplePipeline,
@@ -40,7 +39,7 @@ from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
 from pose_io.clock_messages import clock_of
-from pose_io.names import imu_topic, skeletons_topic
+from pose_io.names import BODIES, imu_topic, skeletons_topic
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import unused_sensors
@@ -58,6 +57,7 @@ IMU_PERIOD_S = 0.01  # [s] between reads of IMU samples, so that few wait when a
 REORDER_TIMEOUT_S = 0.01  # [s] for which a frame waits for an earlier one of another sensor
 CHECK_PERIOD_S = 0.2  # [s] between checks of the sources
 KEEP_PERIOD_S = 1.0  # [s] between saves of IMU alignments and closings of topics
+KILLED_REPORTS = 25  # of 1 s; the middleware counts a killed process's publishers for 20 s
 LATCHED_QOS = latched(QUEUE)
 
 
@@ -83,6 +83,9 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             *COUNTS, "malformed_transforms", "malformed_clocks", "messages_lost"
         )
         self._static_transforms = StaticTransforms()
+        self._shared: dict[
+            str, int
+        ] = {}  # reports in a row in which a topic had several publishers
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._person = self._kept_person.load() or self.settings.person
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
@@ -303,16 +306,16 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._counters.add("messages_lost", sum(lost.values()))
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
-        return self._reporter.report(unused, self._malformed, lost, self._publishers_of_excluded())
+        return self._reporter.report(unused, self._malformed, lost, self._several_publishers())
 
-    def _publishers_of_excluded(self) -> dict[str, int]:
-        """Number of publishers of each source whose stamps are implausible."""
-        topics = {sensor: skeletons_topic(sensor) for sensor in self.settings.sensors}
-        topics |= {f"{IMUS}/{segment}": imu_topic(segment) for segment in SEGMENTS}
-        return {
-            source: self.count_publishers(self.resolve_topic_name(topics[source]))
-            for source in self._reporter.excluded
-        }
+    def _several_publishers(self) -> dict[str, int]:
+        """Number of publishers of each topic that should have one and has several."""
+        topics = [f"{BODIES}{self.settings.subject}/joint_states".lstrip("/")]
+        topics += map(skeletons_topic, self.settings.sensors)
+        topics += map(imu_topic, self._imus.queues)
+        counts = {each: self.count_publishers(self.resolve_topic_name(each)) for each in topics}
+        self._shared = {t: self._shared.get(t, 0) + 1 for t, count in counts.items() if count > 1}
+        return {topic: counts[topic] for topic, n in self._shared.items() if n > KILLED_REPORTS}
 
 
 def main() -> None:

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from pose_core.api import PeoplePipeline
+from pose_core.api import IMUS, PeoplePipeline
 from pose_fusion.sample_reader import SampleReader
-from pose_fusion.watching.cameras import MISSED_CHECKS
+from pose_fusion.watching.cameras import MISSED_CHECKS, UNDECIDED
 from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 
@@ -21,6 +21,7 @@ class FusionReporter:
         self._estimates = 0  # at the last check
         self._missed = 0  # checks in a row without new estimates
         self._named: set[str] = set()
+        self._unoriented: set[str] = set()  # IMUs whose messages have no orientation
         self.latency_s = 0.0  # [s] of the subject's last estimate
 
     def check(self) -> bool:
@@ -28,7 +29,10 @@ class FusionReporter:
         estimates = self._pipeline.subject.counters["estimates"]
         self._missed = 0 if estimates > self._estimates else self._missed + 1
         self._estimates = estimates
-        self._watch.check(self._pipeline.subject_frames)
+        is_undecided = self._pipeline.is_undecided
+        self._watch.check(self._pipeline.subject_frames, is_undecided=is_undecided)
+        self._unoriented = {s for s, is_any in self._reader.oriented.items() if not is_any}
+        self._reader.oriented.clear()
         before, self._named = self._named, self._unused_sources()
         return before != self._named
 
@@ -39,7 +43,7 @@ class FusionReporter:
     def _unused_sources(self) -> set[str]:
         idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
         checked = self._pipeline.subject.imus.orientations
-        imus = {*self._silent_imus, *checked.jumping, *checked.saturated, *idle}
+        imus = {*self._silent_imus, *self._unoriented, *checked.jumping, *checked.saturated, *idle}
         imus |= {f"{name}'s segment" for name in self._exchanged}
         imus |= {f"{name}'s field" for name in self._pipeline.subject.imus.headings.disturbed}
         imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
@@ -60,10 +64,10 @@ class FusionReporter:
             unused: Names of sensors that publish and are not used.
             malformed: Errors in the last messages of other topics, by topic.
             lost: Number of messages lost since the last report, by source.
-            publishers: Number of publishers of each :attr:`excluded` source.
+            publishers: Number of publishers of each topic that has several.
         """
         has_subject = self._pipeline.status == "tracking"
-        is_ok = has_subject and not (self._unused_sources() or malformed or lost)
+        is_ok = has_subject and not (self._unused_sources() or malformed or lost or publishers)
         return Report(
             level=Level.OK if is_ok else Level.WARN,
             message="; ".join(
@@ -80,6 +84,8 @@ class FusionReporter:
             ]
             if others:
                 return f"the subject is out of view; in view: {', '.join(others)}"
+            if self._pipeline.is_undecided:
+                return UNDECIDED
             return "no skeletons: the sensors see nobody, or are silent"
         idle = [use.segment for use in self._pipeline.subject.imu_uses if use.reason]
         if not (self._is_tracking and idle):
@@ -89,7 +95,10 @@ class FusionReporter:
 
     @property
     def _silent_imus(self) -> Sequence[str]:
-        return self._pipeline.subject.silent_imus if self._pipeline.parameters.use_imus else ()
+        """IMUs that send nothing: for others without usable samples there is another reason."""
+        silent = self._pipeline.subject.silent_imus if self._pipeline.parameters.use_imus else ()
+        sending = {*self._unoriented, *(name.removeprefix(f"{IMUS}/") for name in self.excluded)}
+        return [name for name in silent if name not in sending]
 
     @property
     def _exchanged(self) -> Sequence[str]:
@@ -108,24 +117,25 @@ class FusionReporter:
         lost: Mapping[str, int],
         publishers: Mapping[str, int],
     ) -> Iterator[str]:
-        set_aside = {
-            source: why
-            if publishers.get(source, 1) < 2
-            else f"{why}, and {publishers[source]} publishers send them: stop all but one"
-            for source, why in self.excluded.items()
-        }
-        for why in dict.fromkeys(set_aside.values()):  # one remark for all sources with a reason
-            named = [source for source, own in set_aside.items() if own == why]
+        for count in sorted(set(publishers.values())):
+            topics = ", ".join(topic for topic, own in publishers.items() if own == count)
+            yield f"{count} publishers of {topics}: started twice? Stop all but one"
+        excluded = self.excluded
+        for why in dict.fromkeys(excluded.values()):  # one remark for all sources with a reason
+            named = [source for source, own in excluded.items() if own == why]
             verb, whose = ("is", "its") if len(named) == 1 else ("are", "their")
             yield f"{', '.join(named)} {verb} not used: {whose} {why}"
         for sensor, why in self._watch.missing.items():
-            if sensor not in set_aside:
+            if sensor not in excluded:
                 yield f"{sensor} does not show the subject: {why}"
         for sensor, why in self._watch.faulty.items():
             yield f"{sensor}: {why}"
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
             yield f"no samples from the IMU on {silent}: check its battery and radio"
+        if self._unoriented:
+            what = "have no orientation (NaN, zero, or covariance -1): let its driver send it"
+            yield f"the messages of the IMU on {', '.join(sorted(self._unoriented))} {what}"
         if saturated := self._pipeline.subject.imus.orientations.saturated:
             what = "is saturated: set a larger range on the sensor; it is used 2 s after"
             yield f"the gyroscope of the IMU on {', '.join(saturated)} {what}"

@@ -4,6 +4,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -66,7 +67,10 @@ class GraphListener(Node):
         statuses = sorted(self._statuses.values(), key=lambda status: status.name)
         latencies = np.array(self._latencies)
         return GraphSnapshot(
-            topics=tuple(watch.status(now_ns) for _, watch in sorted(self._watches.items())),
+            topics=tuple(
+                replace(watch.status(now_ns), publishers=self.count_publishers(name))
+                for name, watch in sorted(self._watches.items())
+            ),
             nodes=tuple(sorted(set(self._other_nodes()))),
             statuses=tuple(statuses),
             tracked={name: watch.share(now_ns) for name, watch in sorted(self._tracking.items())},

@@ -9,13 +9,17 @@ from pose_core.api import FloatArray, SkeletonSample
 
 MISSED_CHECKS = 2  # [checks] in a row without the subject, after which a camera is named
 FROZEN_FRAMES = 6  # [frames] that are alike after others that were not: no tracker repeats itself
+ELSEWHERE = "it shows nobody at the subject's position: check its pose, units and joints"
+UNDECIDED = "it is not decided yet who is in view"
+SILENT = "it is silent: check its node and its cable"
 
 
 @dataclass
 class _Camera:
     frames: int = 0  # since the last check, of any kind
     trouble: str = ""  # with the last one of them
-    fault: str = ""  # in the form of one of them, since the last check
+    fault: str = ""  # in the names or positions of one of them, since the last check
+    fault_before: str = ""  # the same, at the last check
     shown: int = 0  # frames of the subject, at the last check
     missed: int = 0  # checks in a row in which there were no more
     picture: Sequence[FloatArray] = field(default_factory=tuple)  # everybody's joints
@@ -31,10 +35,10 @@ class CameraWatch:
         self.missing: dict[str, str] = {}
         """Cameras that do not show the subject as of the last check, and why."""
         self.faulty: dict[str, str] = {}
-        """Cameras whose messages have wrong names as of the last check, and which."""
+        """Other cameras whose messages have wrong names or positions, and which."""
 
     def note_fault(self, sensor: str, fault: str) -> None:
-        """A message has come with wrong names."""
+        """A message has come with wrong names or positions."""
         self._cameras[sensor].fault = fault
 
     def note_trouble(self, sensor: str, trouble: str) -> None:
@@ -50,35 +54,34 @@ class CameraWatch:
             np.array_equal(new, old, equal_nan=True)
             for new, old in zip(picture, camera.picture, strict=True)
         )
-        is_alike = is_alike and len(picture) > 0
+        is_alike = is_alike and any(np.isfinite(positions).any() for positions in picture)
         camera.has_moved |= len(camera.picture) > 0 and not is_alike
         camera.alike = camera.alike + 1 if is_alike else 0
         camera.picture = picture
         is_frozen = camera.has_moved and camera.alike >= FROZEN_FRAMES
         if is_frozen:
-            has_joints = any(np.isfinite(positions).any() for positions in picture)
-            fault = "it repeats one frame" if has_joints else "no joint has a finite position"
-            self.note_trouble(sensor, f"{fault}: restart its tracker")
+            self.note_trouble(sensor, "it repeats one frame: restart its tracker")
         elif any(person.tracking_state.any() for person in persons):
-            what = "nobody at the subject's position: check its pose, units and joints"
-            self.note_trouble(sensor, f"it shows {what}")
+            self.note_trouble(sensor, ELSEWHERE)
         else:
             self.note_trouble(sensor, "it sees nobody")
         return not is_frozen
 
-    def check(self, shown: Mapping[str, int]) -> None:
+    def check(self, shown: Mapping[str, int], *, is_undecided: bool = False) -> None:
         """Find out which cameras do not show the subject.
 
         Args:
             shown: Number of frames of the subject that were used, by camera.
+            is_undecided: Whether it is not decided yet who somebody in view is.
         """
-        self.missing = {}
-        self.faulty = {name: each.fault for name, each in self._cameras.items() if each.fault}
+        self.missing, self.faulty = {}, {}
         for sensor, camera in self._cameras.items():
             count = shown.get(sensor, 0)
             camera.missed = 0 if count != camera.shown else camera.missed + 1
             camera.shown = count
             if camera.missed >= MISSED_CHECKS and count > 0:
-                silent = "it is silent: check its node and its cable"
-                self.missing[sensor] = camera.trouble if camera.frames else silent
-            camera.frames, camera.fault = 0, ""
+                why = camera.fault or camera.trouble if camera.frames else SILENT
+                self.missing[sensor] = UNDECIDED if is_undecided and why == ELSEWHERE else why
+            elif camera.fault and camera.fault == camera.fault_before:
+                self.faulty[sensor] = camera.fault
+            camera.frames, camera.fault_before, camera.fault = 0, camera.fault, ""

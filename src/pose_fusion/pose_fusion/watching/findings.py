@@ -74,6 +74,7 @@ def graph_findings(snapshot: GraphSnapshot) -> list[Finding]:
         return [*findings, GRAPH.note("nodes", text, "./pose up starts a graph")]
     findings.append(GRAPH.ok("nodes", ", ".join(snapshot.nodes)))
     findings += _sensors(snapshot)
+    findings += _several_publishers(snapshot)
     findings += _extrinsics(snapshot)
     findings += _output(snapshot)
     findings += _statuses(snapshot)
@@ -98,6 +99,15 @@ def _sensors(snapshot: GraphSnapshot) -> Iterator[Finding]:
     elif imus:
         slowest = min(topic.rate for topic in imus)
         yield GRAPH.ok("IMUs", f"{len(imus)} flow, at {slowest:.0f} Hz or more")
+
+
+def _several_publishers(snapshot: GraphSnapshot) -> Iterator[Finding]:
+    """Topics of one sensor or one person's angles that several nodes publish."""
+    for topic in snapshot.topics:
+        is_sensor = SENSOR_TOPIC.search(topic.name) or IMU_TOPIC.search(topic.name)
+        if topic.publishers > 1 and (is_sensor or topic.name.endswith("/joint_states")):
+            remedy = "started twice? stop all but one; one that was killed counts for 20 s"
+            yield GRAPH.wrong(topic.name, f"{topic.publishers} publishers", remedy)
 
 
 def _stream(topic: TopicStatus, slowest: float) -> Finding:

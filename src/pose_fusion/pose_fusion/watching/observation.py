@@ -28,6 +28,7 @@ class TopicStatus:
     latency_s: float | None  # [s] median from a message's stamp to its arrival here
     gaps: int = 0  # [-] between stamps, in the last minute
     longest_gap_s: float = 0.0  # [s] of them
+    publishers: int = 1
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,7 @@ from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.compiling import type_specialised
 from pose_io.cdr.kernels import (
     HEADER_SIZE,
+    LONGEST_RANGE,
     PersonPlaces,
     have_form,
     read_person,
@@ -28,6 +29,10 @@ from pose_io.names import SKELETON_ARRAY, sensor_frame
 BEST_STATE = int(max(TrackingState))
 FORMS_KEPT = 16  # bounds the memory: persons leave, and new ids arrive
 FORM_BYTES_KEPT = 4_194_304  # [bytes] of all stored forms
+NO_POSITION = (
+    f"no joint that it tracks has a position: NaN, zero or beyond {LONGEST_RANGE:g} m; is it in "
+    "millimetres? The unit is metres"
+)
 MAX_MESSAGE = 262_144  # [bytes] 200 persons of 25 joints
 
 Persons = list[SkeletonSample]
@@ -48,7 +53,7 @@ class SkeletonReader:
 
     def __init__(self, sensor: str) -> None:
         self.fault = ""
-        """What is wrong with the names in the last messages; empty if nothing is."""
+        """What is wrong with the names or positions in the last messages; empty if nothing is."""
         self._sensor = sensor
         self._forms: dict[int, list[_Form]] = defaultdict(list)
         self._form_bytes = 0
@@ -95,8 +100,8 @@ class SkeletonReader:
             fits = np.empty(len(rows), np.bool_)
             is_last = _have_form(rows, form.fixed, form.texts, fits) == len(rows)
             fitting, where = (rows, left) if is_last else (rows[fits], left[fits])
-            self.fault = form.fault
-            persons_of_all = _persons(form, fitting, self._sensor)
+            persons_of_all, is_placed = _persons(form, fitting, self._sensor)
+            self.fault = form.fault or ("" if is_placed else NO_POSITION)
             for index, persons in zip(where.tolist(), persons_of_all, strict=True):
                 result[index] = persons
             if is_last:
@@ -203,11 +208,16 @@ def unknown_state(person: str, state: int) -> InputError:
     )
 
 
-def _persons(form: _Form, rows: NDArray[np.uint8], sensor: str) -> list[Persons | InputError]:
-    """The persons of messages of one form."""
+def _persons(
+    form: _Form, rows: NDArray[np.uint8], sensor: str
+) -> tuple[list[Persons | InputError], bool]:
+    """The persons of messages of one form; whether any joint has a position, if any is tracked."""
     result: list[Persons | InputError] = [[] for _ in rows]
+    is_tracked = is_placed = False
     for person, places in form.persons:
         stamps_ns, positions, state, highest = read_joints(rows, places, form.is_little)
+        is_tracked |= bool(highest.any())
+        is_placed |= bool(state.any())
         numbers = zip(stamps_ns.tolist(), highest.tolist(), strict=True)
         for index, (stamp_ns, highest_state) in enumerate(numbers):
             before = result[index]
@@ -225,7 +235,7 @@ def _persons(form: _Form, rows: NDArray[np.uint8], sensor: str) -> list[Persons 
                     tracking_state=state[index],
                 )
             )
-    return result
+    return result, is_placed or not is_tracked
 
 
 def read_joints(

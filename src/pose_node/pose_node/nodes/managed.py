@@ -15,6 +15,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
+from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import JumpHandle, JumpThreshold
 from rclpy.duration import Duration
@@ -26,6 +27,7 @@ from pose_core.parameters import checked, from_mapping, specs
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters, descriptor_of
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.help import RCLError
 from pose_node.parameters import ManagedParameters
 
 P = TypeVar("P")
@@ -57,6 +59,8 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
 
     def __init__(self, name: str, parameters: type[P], **options: Any) -> None:
         super().__init__(name, **options)
+        (service,) = (each for each in self.services if each.srv_type is ChangeState)
+        self._change_state, service.callback = service.callback, self._on_change_state
         self._declared = parameters
         self.changes: dict[str, Callable[[Any], None]] = {}
         self.is_active = False
@@ -108,6 +112,21 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
         """State of the active node."""
 
     # -- transitions ----------------------------------------------------------------------------
+
+    def _on_change_state(
+        self, request: ChangeState.Request, response: ChangeState.Response
+    ) -> ChangeState.Response:
+        """Refuse a transition that does not start in the present state, at which rclpy raises."""
+        try:
+            return self._change_state(request, response)
+        except RCLError:
+            wanted = request.transition.label or f"transition {request.transition.id}"
+            machine = self._state_machine
+            possible = ", ".join(f"{label} ({n})" for n, label, *_ in machine.available_transitions)
+            state = machine.current_state[1]
+            self.get_logger().error(f"no {wanted} in state {state}: expected one of {possible}")
+            response.success = False
+            return response
 
     def on_configure(self, _state: LifecycleState) -> TransitionCallbackReturn:
         """Of :class:`rclpy.lifecycle.LifecycleNode`, as are the others."""
@@ -238,10 +257,10 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
             return SetParametersResult(successful=False, reason=str(error))
         fixed = [name for name in values if self._is_configured and name not in self.changes]
         if fixed:
-            names = ", ".join(fixed)
+            names, node = ", ".join(fixed), self.get_fully_qualified_name()
             reason = (
                 f"{names}: read when the node is configured: set it at the start, or first"
-                f" 'ros2 lifecycle set {self.get_fully_qualified_name()}' deactivate and cleanup"
+                f" 'ros2 lifecycle set {node} deactivate', then 'cleanup'"
             )
             return SetParametersResult(successful=False, reason=reason)
         if self._is_configured:
