@@ -120,6 +120,12 @@ def test_a_sensor_that_is_carried_with_its_person_in_view_is_reported():
     assert watched(before, after).moved.distance == pytest.approx(0.9, abs=0.05)
 
 
+def test_a_sensor_that_is_carried_and_gives_its_person_a_new_id_is_reported_half_a_minute_later():
+    before = frames(duration_s=BEFORE_S, noise=0.02, seed=1)
+    after = of_a_visitor(frames(duration_s=40.0, noise=0.02, seed=2))
+    assert watched(before, after).moved.distance == pytest.approx(0.9, abs=0.05)
+
+
 def test_the_report_of_a_moved_sensor_ends_when_the_views_agree_again():
     before = frames(duration_s=BEFORE_S, noise=0.01, seed=1)
     during = frames(duration_s=60.0, noise=0.01, seed=2, poses=bumped((0.0, 0.02, 0.0)))

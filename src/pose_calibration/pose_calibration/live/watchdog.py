@@ -8,7 +8,8 @@ Kinects this detects two to four times as many steps of 2 cm or 1 degree as sing
 fewer false alarms.
 
 Once the views have agreed, only instants at which they are of one person count: near one another,
-their postures agree; farther apart, no sensor's id of the person is a new one.
+their postures agree; farther apart, no sensor's id of the person is a new one, or they have been
+apart for half a minute.
 """
 
 from collections import deque
@@ -34,6 +35,7 @@ WRONG_M = 0.08  # [m] displacement of a whole baseline: the calibration was wron
 AGREES = 0.5  # [-] of the smallest step that is reported, below which the views agree again
 POSTURE_M = 0.2  # [m] median joint's distance, less the displacement, between different postures
 NEAR_M = 0.35  # [m] displacement from which on views with new ids may be of different people
+APART_NS = 30 * NS_PER_S  # [ns] after which such views are believed to be of one person
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +63,7 @@ class Watchdog:
         self._blocks: deque[FloatArray] = deque(maxlen=BASELINE_BLOCKS + NEWEST_BLOCKS)
         self._before: list[FloatArray] = []  # blocks before the motion
         self._persons: dict[str, str] = {}  # each sensor's id when the views were last near
+        self._near_ns = 0  # [ns] and when
 
     @property
     def displacement(self) -> Mapping[str, float]:
@@ -120,7 +123,11 @@ class Watchdog:
             if np.nanmax(posture) > POSTURE_M:
                 return not self._persons
             self._persons.update(persons)
-        return all(self._persons.get(name, person) == person for name, person in persons.items())
+            self._near_ns = frame.stamp_ns
+        is_long_apart = frame.stamp_ns - self._near_ns > APART_NS
+        return is_long_apart or all(
+            self._persons.get(name, person) == person for name, person in persons.items()
+        )
 
     def _compare(self) -> Moved | None:
         """Compare the newest blocks with those before, or before the last motion."""
