@@ -83,9 +83,8 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             *COUNTS, "malformed_transforms", "malformed_clocks", "messages_lost"
         )
         self._static_transforms = StaticTransforms()
-        self._shared: dict[
-            str, int
-        ] = {}  # reports in a row in which a topic had several publishers
+        self._shared: dict[str, int] = {}
+        """Number of reports in a row in which a topic had several publishers."""
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._person = self._kept_person.load() or self.settings.person
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
