@@ -147,6 +147,18 @@ def test_an_exact_imu_turns_with_its_segment():
     assert felt == pytest.approx(true, abs=np.radians(3.0))
 
 
+def test_a_disturbance_makes_headings_swing_about_the_vertical():
+    clip, exact = chain(CLIPS, 60.0), dict.fromkeys(("heading_walk", "tilt", "soft_tissue"), 0.0)
+    even, uneven = (
+        wear(clip, ImuModel(**exact, disturbance=size), np.random.default_rng(4))[0]
+        for size in (0.0, 0.2)
+    )
+    swing = Rotation.from_quat(uneven.orientation) * Rotation.from_quat(even.orientation).inv()
+    about = swing.as_rotvec()
+    assert np.abs(about[:, :2]).max() < 1e-6
+    assert about[:, 2].std() == pytest.approx(0.2, rel=0.5)
+
+
 def test_the_same_spec_gives_the_same_session():
     spec = CapturedSpec(
         name="x", clips=tuple(PATHS[:2]), trackers=("mixed", "late"), spins=True, seed=5,

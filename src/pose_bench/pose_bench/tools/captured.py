@@ -1,6 +1,7 @@
 """``./pose bench captured``: every method on captured people before simulated sensors."""
 
 import argparse
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +20,7 @@ from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_core.parameters import specs as parameter_specs
 from pose_node.plain_console import progress_bar
+from pose_sim.captured.imus import ImuModel
 from pose_sim.captured.session import CapturedSpec
 
 SUMMARY = "how accurate the estimators are on captured people before simulated sensors"
@@ -62,6 +64,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sessions", type=int, metavar="N", help="N of the sessions, evenly spread (default: all)"
     )
+    parser.add_argument(
+        "--disturbance",
+        type=float,
+        default=0.0,
+        metavar="DEG",
+        help="by which the IMUs' headings swing in uneven magnetic fields, standard deviation (0)",
+    )
     parser.add_argument("--seed", type=int, default=SEED, help="of everything random")
     add_jobs_argument(parser, MOST_JOBS)
 
@@ -93,6 +102,8 @@ def chosen_specs(arguments: argparse.Namespace) -> list[CapturedSpec]:
     for folder in folders:
         judged, seed = not arguments.tuning, arguments.seed
         every += captured_specs(folder, judged=judged, seed=seed, first=len(every))
+    imu = ImuModel(disturbance=math.radians(arguments.disturbance))
+    every = [replace(spec, imu=imu) for spec in every]
     if arguments.imu_sets:
         every = [replace(spec, worn=SEGMENTS) for spec in every]
     if arguments.sessions is None:

@@ -97,6 +97,7 @@ class Pipeline:
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples, by segment's name."""
         uses = {use.segment: use for use in self._runner.estimator.imu_uses}
+        disturbed = self.imus.walks.disturbed
         for name in self.imus.segments:
             use = uses.setdefault(name, self._unused(name))
             if name in self.imus.inverse:
@@ -110,7 +111,7 @@ class Pipeline:
             shift = f"its clock is {_ahead(clock)} the others': corrected" if is_apart else ""
             span_ns = self._preprocessor.frames.first_ns, self.newest_ns
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
-            field = _disturbed(self.imus.headings.disturbed.get(name))
+            field = _disturbed(disturbed.get(name))
             remarks = (_exchanged(use.worn_on), rate, shift, field, silence)
             use.remark = "; ".join(filter(None, remarks))
         return tuple(uses[name] for name in sorted(self.imus.segments))

@@ -15,15 +15,14 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import rows_of_block
-from pose_core.imu.orientation_check import integrated_orientation, product
+from pose_core.imu.orientation_check import LONGEST_STEP_S, integrated_orientation, product
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
-LONGEST_STEP_S = 0.1  # [s] the gyroscope is not integrated over longer gaps
 LONG = 4  # [s]
 KEPT = float(np.exp(-1.0 / 60.0))  # [-] of the sums after a second
-SOUND = np.radians(1.5)  # [rad/√s] walk of IMUs in an undisturbed field, at most
+SOUND = np.radians(1.5)  # [rad/√s] walk of most IMUs in an undisturbed field, at most
 DISTURBED = np.radians(2.5)  # [rad/√s] from which on the field is named
 
 

@@ -27,11 +27,10 @@ class ImuSet:
         self._bursts = BurstStamps()
         self.rates = AngularVelocityCheck()
         self.orientations = OrientationCheck()
-        self.headings = HeadingWalks()
+        self.walks = HeadingWalks()
         self._known_at: int | None = None  # [ns] the instant of ``_known``
         self._known = NO_MEASUREMENTS
         self._slips: Mapping[str, int] = {}
-        self._walks: Mapping[str, float] = {}
         self._first_ns: dict[str, int] = {}  # [ns] stamp of each IMU's first sample
         self._silences: dict[str, list[tuple[int, int]]] = {}  # [ns] begin and end of each
         self._replaced: frozenset[str] = frozenset()
@@ -76,8 +75,7 @@ class ImuSet:
             is_inverse = np.array([name in self.inverse for name in checked.segments])[checked.imu]
             self.counters.add("imu_samples_inverse", int(is_inverse.sum()))
             checked = checked.rows(~is_inverse)
-        self.headings.add(checked)
-        self._walks = self.headings.unsound
+        self.walks.add(checked)
         rejected = self.history.add(checked)
         self.counters.add("imu_gaps", len(self.history.gaps_ns))
         if len(self._first_ns) < len(self.history.segments):
@@ -125,12 +123,13 @@ class ImuSet:
             return NO_MEASUREMENTS
         if self._known_at != stamp_ns:
             imus = self.history.at(stamp_ns)
-            if self._slips or self._replaced or self._walks:
+            walks = self.walks.unsound
+            if self._slips or self._replaced or walks:
                 imus = replace(
                     imus,
                     slips=self._slips,
                     replaced_rates=self._replaced,
-                    heading_walks=self._walks,
+                    heading_walks=walks,
                 )
             self._known = imus
             self._known_at = stamp_ns

@@ -45,7 +45,7 @@ class FusionReporter:
         checked = self._pipeline.subject.imus.orientations
         imus = {*self._silent_imus, *self._unoriented, *checked.jumping, *checked.saturated, *idle}
         imus |= {f"{name}'s segment" for name in self._exchanged}
-        imus |= {f"{name}'s field" for name in self._pipeline.subject.imus.headings.disturbed}
+        imus |= {f"{name}'s field" for name in self._pipeline.subject.imus.walks.disturbed}
         imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
         names = {f"{sensor}'s names" for sensor in self._watch.faulty}
         missing = {*self.excluded, *self._watch.missing, *imus, *names}
@@ -142,7 +142,7 @@ class FusionReporter:
         if jumping := self._pipeline.subject.imus.orientations.jumping:
             what = "contradicts its gyroscope: check its strap, its segment and the device"
             yield f"the orientation of the IMU on {', '.join(jumping)} {what}"
-        if disturbed := self._pipeline.subject.imus.headings.disturbed:
+        if disturbed := self._pipeline.subject.imus.walks.disturbed:
             what = "is disturbed, and its heading counts less: keep it from metal and motors"
             yield f"the magnetic field of the IMU on {', '.join(disturbed)} {what}"
         if exchanged := self._exchanged:

@@ -14,6 +14,7 @@ from pose_sim.virtual_imu import NODES
 
 NINE = tuple(NODES.values())
 """Segments of nine IMUs."""
+SWING_S = 5.0  # [s] correlation time of a heading in an uneven magnetic field
 DIFFERENCE_S = 0.004  # [s] over which angular velocities are computed
 
 
@@ -25,7 +26,7 @@ class ImuModel:
     crooked: float = 0.44  # [rad] largest misalignment with the source's segment axes
     field: float = 0.25  # [rad] of each IMU's heading about the common one
     heading_walk: float = 0.0015  # [rad/√s]
-    disturbance: float = 0.0  # [rad] of each heading where fields are uneven, within seconds
+    disturbance: float = 0.0  # [rad] by which each heading swings where fields are uneven
     tilt: float = 0.015  # [rad], slowly changing
     soft_tissue: float = 0.03  # [rad] in motion of 3 rad/s
     gyro_bias: float = 0.01  # [rad/s]
@@ -74,7 +75,8 @@ def _stream(
     walk = np.cumsum(rng.standard_normal(len(stamps))) / np.sqrt(model.rate)
     heading = north + model.field * rng.standard_normal() + model.heading_walk * walk
     if model.disturbance:
-        heading += model.disturbance * slow_process((len(stamps), 1), 5.0, model.rate, rng)[:, 0]
+        swing = slow_process((len(stamps), 1), SWING_S, model.rate, rng)[:, 0]
+        heading += model.disturbance * swing
     tilt = np.zeros(shape)
     tilt[:, :2] = model.tilt * slow_process((len(stamps), 2), 5.0, model.rate, rng)
     world = Rotation.from_euler("z", heading[:, None]) * Rotation.from_rotvec(tilt)

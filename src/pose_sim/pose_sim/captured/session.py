@@ -35,7 +35,7 @@ class CapturedSpec:
     delays_s: tuple[float, float] | None = None  # [s] of the trackers; None: each model's own
     clock_offset_s: float = 0.0  # [s] by which the right camera's clock is ahead
     worn: tuple[str, ...] = NINE  # segments with an IMU
-    imu: ImuModel = field(default_factory=ImuModel)
+    imu: ImuModel = field(default_factory=ImuModel)  # of each of them
 
     @property
     def models(self) -> tuple[TrackerModel, TrackerModel]:
