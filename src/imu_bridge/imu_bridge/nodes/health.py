@@ -96,10 +96,10 @@ class Health:
     def _unknown_nodes(self) -> str:
         """Counts by node id, as text."""
         several = len(self._sources) > 1
-        unknown = sorted(self._pipeline.unknown_nodes.items(), key=lambda item: -item[1])
+        unknown = self._pipeline.unknown_nodes
         counts = [
             f"{self._sources[port].name} {node_id}: {n}" if several else f"{node_id}: {n}"
-            for (port, node_id), n in sorted(unknown[:UNKNOWN_NAMED])
+            for (port, node_id), n in sorted(unknown.most_common(UNKNOWN_NAMED))
         ]
         more = len(unknown) - UNKNOWN_NAMED
         return ", ".join(counts) + (f" and {more} more" if more > 0 else "") or "none"

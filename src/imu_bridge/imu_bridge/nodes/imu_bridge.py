@@ -58,7 +58,8 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         if self._several:
             # Processed in batches: many small pieces would cost more.
             steady_timer(self, self.settings.read_period, self._on_arrival)
-        self._open_ports()
+        for index, port in enumerate(self._ports):
+            self._open(index, port)
         self._health = Health(self._pipeline, self._sources, self._ports)
         self._error = ""  # last logged one; empty: none at present
 
@@ -82,19 +83,17 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         self._error = error
         return report
 
-    def _open_ports(self) -> None:
-        for index, port in enumerate(self._ports):
-            self._sources.append(
-                SerialSource(
-                    port.name,
-                    port.baudrate,
-                    clock=lambda: self.get_clock().now().nanoseconds,
-                    notify=(lambda: None) if self._several else self._arrived.trigger,
-                    wait_s=self.settings.wait_for_port,
-                    read_period_s=self.settings.read_period,
-                    index=index,
-                )
-            )
+    def _open(self, index: int, port: PortConfig) -> None:
+        source = SerialSource(
+            port.name,
+            port.baudrate,
+            clock=lambda: self.get_clock().now().nanoseconds,
+            notify=(lambda: None) if self._several else self._arrived.trigger,
+            wait_s=self.settings.wait_for_port,
+            read_period_s=self.settings.read_period,
+            index=index,
+        )
+        self._sources.append(source)
 
     def _publisher(self, message_type: type, segment: str, name: str) -> Any:
         # Without events the executor does not check each publisher at each wake-up, which would
@@ -120,22 +119,17 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         rates = batch.angular_velocity.tolist()
         accelerations = batch.acceleration.tolist()
         orientations = batch.orientation.tolist()
-        heading_stddevs = batch.heading_stddev.tolist()
+        stddevs = batch.heading_stddev.tolist()
         for row, node in enumerate(batch.node.tolist()):
             messages, stamp_ns = self._messages[node], batch.stamp_ns[row]
             self._raw[node].publish(messages.raw(stamp_ns, raw_rates[row], raw_accelerations[row]))
             if has_field[row]:
                 self._mag[node].publish(messages.magnetic_field(stamp_ns, fields[row]))
             if has_orientation[row]:
-                self._data[node].publish(
-                    messages.oriented(
-                        stamp_ns,
-                        rates[row],
-                        accelerations[row],
-                        orientations[row],
-                        heading_stddevs[row],
-                    )
+                oriented = messages.oriented(
+                    stamp_ns, rates[row], accelerations[row], orientations[row], stddevs[row]
                 )
+                self._data[node].publish(oriented)
 
 
 def main() -> None:
