@@ -16,7 +16,7 @@ from pose_core.stamps import nanoseconds
 from pose_fusion.nodes.other_publishers import warn_of_others
 from pose_fusion.nodes.player import Player, overrides_from_arguments
 from pose_io.bag_writer import BagWriter
-from pose_node.level import Level
+from pose_node.node_status import Level
 
 LATCHED = QoSProfile(
     depth=10,

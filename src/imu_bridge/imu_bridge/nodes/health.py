@@ -10,8 +10,7 @@ from imu_bridge.pipeline import ImuPipeline, NodeState
 from imu_bridge.protocols import PROTOCOLS
 from imu_bridge.segments import ImuNode
 from imu_bridge.serial_source import PortState, SerialSource
-from pose_node.level import Level
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Level, Report
 
 DEAF_BYTES = 100  # [bytes] without a packet: wrong speed or protocol
 UNKNOWN_NAMED = 16  # [-] largest number of unknown ids listed; noise has many

@@ -15,8 +15,7 @@ from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import ImuBatch, ImuPipeline
 from imu_bridge.serial_source import SerialSource
 from pose_core.errors import ParameterError
-from pose_node.level import Level
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Level, Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer

@@ -15,8 +15,7 @@ from pose_core.counters import Counters
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.recordings.joint_maps import JointMap, mark_missing
-from pose_node.level import Level
-from pose_node.node_status import Report
+from pose_node.node_status import Level, Report
 
 MAX_PEOPLE = 16  # per frame
 MAX_ID = 32  # [characters]

@@ -9,8 +9,7 @@ from kinect_bridge.source import SkeletonFrame, SkeletonSource
 from pose_core.errors import ParameterError
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.timeline import make_timeline
-from pose_node.level import Level
-from pose_node.node_status import Report
+from pose_node.node_status import Level, Report
 
 LONGEST_DELAY_NS = 10_000_000_000  # [ns] largest delay of a start that is caught up
 LATE_NS = 200_000_000  # [ns] delay that is reported

@@ -33,7 +33,7 @@ from pose_fusion.sample_reader import read_imus
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.names import imu_topic, sensor_frame, skeletons_topic
 from pose_node.kept import kept_file
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node

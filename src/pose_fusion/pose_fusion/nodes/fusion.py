@@ -44,7 +44,7 @@ from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import unused_sensors
 from pose_node.kept import Kept, kept_file
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node

@@ -27,9 +27,9 @@ from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_io.bags import BagMessage, open_bag
 from pose_io.playback import PlaybackClock, Playlist
 from pose_node.conversions import ns_to_stamp
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import accept_changes, declare_parameters, overrides_of
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer

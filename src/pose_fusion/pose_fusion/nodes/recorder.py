@@ -22,9 +22,8 @@ from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.continued import ContinuedRecording
 from pose_fusion.recording.growing_bag import dated_path, was_cut_short
 from pose_fusion.recording.recorder_parameters import RecorderParameters
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import overrides_of
-from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import RCLError, run_node

@@ -7,7 +7,7 @@ from enum import Enum
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
 from pose_fusion.watching.stages import STAGE
 from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
-from pose_node.level import Level
+from pose_node.node_status import Level
 
 SLOWEST_SENSOR = 10.0  # [Hz] a Kinect gives 30
 LONGEST_LATENCY_S = 0.1  # [s] of a stage

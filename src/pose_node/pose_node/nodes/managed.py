@@ -24,9 +24,9 @@ from rclpy.parameter import Parameter
 
 from pose_core.errors import ParameterError, PoseError
 from pose_core.parameters import checked, from_mapping, specs
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import declare_parameters, descriptor_of
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.help import RCLError
 from pose_node.parameters import ManagedParameters
 
