@@ -68,9 +68,6 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
             source.close()
         self._sources.clear()
 
-    def cleanup(self) -> None:
-        """Nothing to release: the next configuration replaces the filters."""
-
     def report(self) -> Report:
         """State of ports and IMUs; errors and their ends are also logged."""
         report = self._health.report(self.get_clock().now().nanoseconds)

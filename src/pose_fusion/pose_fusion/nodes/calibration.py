@@ -106,12 +106,6 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         """Discard the samples, whose stamps will be repeated; keep the calibration."""
         self.calibration.restart_time()
 
-    def deactivate(self) -> None:
-        """Keep the calibration."""
-
-    def cleanup(self) -> None:
-        """The calibration is replaced at the next configuration; its file is kept."""
-
     def _take(self) -> None:
         """Read all received messages; end if deaf."""
         self._standstill.check()

@@ -116,9 +116,6 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             self.create_subscription(TFMessage, "tf_static", self._on_tf_static, LATCHED_QOS)
         self.create_subscription(TimeReference, "clock_offsets", self._on_clock, LATCHED_QOS)
 
-    def deactivate(self) -> None:
-        """Keep the pipeline, with extrinsics, body shape and IMU alignments."""
-
     def cleanup(self) -> None:
         """Also destroy the publishers of people who appeared after configuring."""
         if hasattr(self, "_bodies"):  # configuring may have failed before

@@ -51,8 +51,9 @@ class Player(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("player", **options)
-        changes = {"rate": self._change_rate, "start_offset": self._seek}
-        self._settings = declare_parameters(self, PlayerParameters, changeable=changes)
+        self._settings = declare_parameters(
+            self, PlayerParameters, changeable=("rate", "start_offset")
+        )
         if not self._settings.bag:
             raise ParameterError("bag is not set: name the bag to play")
         self._bag = open_bag(Path(self._settings.bag))
@@ -79,7 +80,7 @@ class Player(Node):
         steady_timer(self, period_s, self._show_progress if in_terminal else self._log_progress)
         steady_timer(self, CHECK_PERIOD_S, self._check_publishers)
         self._timer = steady_timer(self, POLL_S, self._step)
-        accept_changes(self, PlayerParameters, changes)
+        accept_changes(self, PlayerParameters, self._change)
         self._step()
 
     def _make_publishers(self) -> dict[str, Publisher]:
@@ -201,10 +202,13 @@ class Player(Node):
 
     # -- parameters that change while it plays ---------------------------------------------------
 
-    def _change_rate(self, rate: float) -> None:
-        self._rate = rate
-        if self._playback is not None:
-            self._playback.change_rate(rate, time.monotonic_ns())
+    def _change(self, values: dict[str, float]) -> None:
+        if "rate" in values:
+            self._rate = values["rate"]
+            if self._playback is not None:
+                self._playback.change_rate(self._rate, time.monotonic_ns())
+        if "start_offset" in values:
+            self._seek(values["start_offset"])
 
     def _seek(self, offset_s: float) -> None:
         """Jump to a position, forward or back; later rounds of a loop start there, too."""

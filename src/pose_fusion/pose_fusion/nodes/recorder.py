@@ -71,9 +71,6 @@ class Recorder(ManagedNode[RecorderParameters]):
             # Also after the shutdown of ROS, when loggers do not print.
             print(f"recorder: {self._finish()}", flush=True)
 
-    def cleanup(self) -> None:
-        """Do nothing: there is no state."""
-
     # -- bags -----------------------------------------------------------------------------------
 
     def _begin(self) -> Path:
