@@ -168,16 +168,15 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         for message in to_clock_messages(published, stamp_ns):
             self._clock_publisher.publish(message)
 
-    def _save(self, file: Path, extrinsics: Extrinsics) -> bool:
+    def _save(self, file: Path, extrinsics: Extrinsics) -> None:
         try:
             save_extrinsics(file, extrinsics)
         except InputError as error:
             self._trouble = str(error)
             self.get_logger().error(self._trouble)
-            return False
-        self._trouble = ""
-        self.get_logger().info(f"saved {file}")
-        return True
+        else:
+            self._trouble = ""
+            self.get_logger().info(f"saved {file}")
 
     def _on_calibrate(self) -> tuple[bool, str]:
         self.calibration.restart()
@@ -193,8 +192,8 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             return False, "no file to save to: start the node with the parameter 'file'"
         if extrinsics is None:
             return False, f"nothing to save yet: {self.calibration.status}"
-        is_saved = self._save(self._file, extrinsics)
-        return is_saved, f"saved {self._file}" if is_saved else self._trouble
+        self._save(self._file, extrinsics)
+        return not self._trouble, self._trouble or f"saved {self._file}"
 
     def report(self) -> Report:
         """Progress and accuracy of the calibration."""
