@@ -24,8 +24,7 @@ class ArmMapping(ABC):
     def target(self, angles: FloatArray) -> FloatArray:
         """The robot's joints [rad], (n,), within limits, for the person's angles [rad], (4,)."""
 
-    @abstractmethod
-    def reset(self) -> None:
+    def reset(self) -> None:  # noqa: B027 (most have none)
         """Drop the previous target: the next one may be far from it."""
 
     def target_and_rate(
@@ -66,9 +65,6 @@ class JointMapping(ArmMapping):
         self._columns = [ANGLES.index(rule.angle) for rule in rules]
         self._scale = np.array([rule.scale for rule in rules])
         self._offset = np.array([rule.offset for rule in rules])
-
-    def reset(self) -> None:
-        """No state to reset."""
 
     def target(self, angles: FloatArray) -> FloatArray:
         """See :meth:`ArmMapping.target`."""

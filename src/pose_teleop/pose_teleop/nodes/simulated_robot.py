@@ -19,7 +19,6 @@ from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 from pose_teleop.conversions import (
     robot_states,
-    to_link_tf,
     to_points,
     to_robot_markers,
     transform,
@@ -90,9 +89,10 @@ class SimulatedRobot(Node):
         now_ns = time.monotonic_ns()
         if now_ns - self._drawn_ns > DRAWN_S * NS_PER_S:
             self._drawn_ns = now_ns
-            links = to_link_tf(self.arm.links(self.simulated.position), ROOT, stamp_ns)
-            root = transform("map", ROOT, self._place, self._mount, stamp_ns)
-            self._tf.publish(TFMessage(transforms=[root, *links.transforms]))
+            transforms = [transform("map", ROOT, self._place, self._mount, stamp_ns)]
+            for name, (position, xyzw) in self.arm.links(robot.position).items():
+                transforms.append(transform(ROOT, f"{ROOT}/{name}", position, xyzw, stamp_ns))
+            self._tf.publish(TFMessage(transforms=transforms))
 
     def _report(self) -> Report:
         return Report(
