@@ -113,9 +113,9 @@ class WristMapping(ArmMapping):
 
     def goal(self, angles: FloatArray) -> ArmGoal:
         """The goal of the inverse kinematics for the person's angles [rad], (4,)."""
-        pose, (upper, fore) = self._person.pose(angles), self._arm.segments
+        (elbow, hand), (upper, fore) = self._person.pose(angles), self._arm.segments
         shoulder, _ = self._arm.place(self._arm.file.shoulder)
-        turned = self._R_root_trunk @ np.stack([pose.elbow, pose.hand, pose.hand - pose.elbow]).T
+        turned = self._R_root_trunk @ np.stack([elbow, hand, hand - elbow]).T
         ratio = self._scale * (upper + fore) / (self._person.upper + self._person.fore)
         return ArmGoal(
             elbow=shoulder + turned[:, 0] / self._person.upper * upper,

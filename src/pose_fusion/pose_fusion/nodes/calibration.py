@@ -67,7 +67,10 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         if self._file is not None and self._file.exists():
             known = load_extrinsics_of(self._file, parameters.sensors)
         self._kept = kept_file(self.get_fully_qualified_name(), parameters.run)
-        kept = None if known is not None else load_kept(self._kept, parameters.sensors)
+        kept = None
+        if known is None and self._kept is not None and self._kept.exists():
+            with suppress(InputError):  # of other sensors, for example
+                kept = load_extrinsics_of(self._kept, parameters.sensors)
         self.calibration = LiveCalibration(parameters, known or kept)
         if kept is not None and kept.body is None:  # not the final solution, which has a body
             self.calibration.restart()  # these are used until better ones are found
@@ -135,7 +138,9 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             self._publish_clocks(clocks)
         if extrinsics is not None:
             self._publish(extrinsics)
-            keep(self._kept, extrinsics)
+            if self._kept is not None:
+                with suppress(InputError):
+                    save_extrinsics(self._kept, extrinsics)
             if self._file is not None:
                 self._save(self._file, extrinsics)
 
@@ -198,23 +203,6 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     def report(self) -> Report:
         """Progress and accuracy of the calibration."""
         return calibration_report(self.calibration, self._counters, self._trouble)
-
-
-def load_kept(path: Path | None, sensors: Sequence[str]) -> Extrinsics | None:
-    """Result of this node before a crash; None if there is none that fits."""
-    if path is None or not path.exists():
-        return None
-    try:
-        return load_extrinsics_of(path, sensors)
-    except InputError:
-        return None
-
-
-def keep(path: Path | None, extrinsics: Extrinsics) -> None:
-    """Save the result for a restart after a crash; a failure to save is ignored."""
-    if path is not None:
-        with suppress(InputError):
-            save_extrinsics(path, extrinsics)
 
 
 def main() -> None:

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import Log, ParameterEvent
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -15,13 +17,13 @@ from rclpy.publisher import Publisher
 from rclpy.qos import ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
 from rosgraph_msgs.msg import Clock
+from tf2_msgs.msg import TFMessage
 
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments
 from pose_core.stamps import NS_PER_S
 from pose_fusion.nodes import qos
-from pose_fusion.nodes.other_publishers import warn_of_others
 from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_io.bags import BagMessage, open_bag
@@ -42,6 +44,7 @@ ACKNOWLEDGE_S = 2.0  # [s] that subscribers may take to receive the last message
 PROGRESS_PERIOD_S = 0.5  # in a terminal
 LOGGED_PERIOD_S = 10.0  # elsewhere
 CHECK_PERIOD_S = 1.0  # between checks for other publishers
+MANY_PUBLISH = (TFMessage, DiagnosticArray, Log, ParameterEvent)  # in any graph
 CLOCK = "/clock"
 CLOCK_PERIOD_NS = 5_000_000  # [ns] largest interval of /clock in the machine's time
 
@@ -102,8 +105,8 @@ class Player(Node):
         return publishers
 
     def _check_publishers(self) -> None:
-        before, publishers = self._warning, self._bag_publishers.values()
-        self._warning = warn_of_others(self, publishers, "--topics names those to play")
+        before = self._warning
+        self._warning = warn_of_others(self, self._bag_publishers.values())
         if self._warning not in ("", before):
             self.get_logger().warning(self._warning)
 
@@ -278,6 +281,19 @@ class Player(Node):
         if sys.stderr.isatty():
             sys.stderr.write("\r\033[K")
         super().destroy_node()
+
+
+def warn_of_others(node: Node, publishers: Iterable[Publisher]) -> str:
+    """Warning that names the topics which others publish, too; empty: there are none."""
+    shared = [
+        publisher.topic_name
+        for publisher in publishers
+        if publisher.msg_type not in MANY_PUBLISH
+        and node.count_publishers(publisher.topic_name) > 1
+    ]
+    if not shared:
+        return ""
+    return f"others publish too: {', '.join(shared)}; --topics names those to play"
 
 
 def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:
