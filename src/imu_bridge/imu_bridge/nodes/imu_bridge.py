@@ -1,9 +1,9 @@
 """The node: reads serial ports, publishes ``imu_<segment>/data_raw``, ``mag`` and ``data``."""
 
+import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, MagneticField
@@ -107,25 +107,18 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
             self._publish(self._pipeline.process(chunks))
 
     def _publish(self, batch: ImuBatch) -> None:
-        has_field = ~np.isnan(batch.raw_magnetic_field[:, 0])
-        has_orientation = ~np.isnan(batch.orientation[:, 3])
-        raw_rates = batch.raw_angular_velocity.tolist()
-        raw_accelerations = batch.raw_acceleration.tolist()
-        fields = batch.raw_magnetic_field.tolist()
-        rates = batch.angular_velocity.tolist()
-        accelerations = batch.acceleration.tolist()
-        orientations = batch.orientation.tolist()
-        stddevs = batch.heading_stddev.tolist()
-        for row, node in enumerate(batch.node.tolist()):
-            messages, stamp_ns = self._messages[node], batch.stamp_ns[row]
-            self._raw[node].publish(messages.raw(stamp_ns, raw_rates[row], raw_accelerations[row]))
-            if has_field[row]:
-                self._mag[node].publish(messages.magnetic_field(stamp_ns, fields[row]))
-            if has_orientation[row]:
-                oriented = messages.oriented(
-                    stamp_ns, rates[row], accelerations[row], orientations[row], stddevs[row]
-                )
-                self._data[node].publish(oriented)
+        raw = (batch.raw_angular_velocity, batch.raw_acceleration, batch.raw_magnetic_field)
+        data = (batch.angular_velocity, batch.acceleration, batch.orientation, batch.heading_stddev)
+        columns = (column.tolist() for column in (batch.node, *raw, *data))
+        for stamp_ns, row in zip(batch.stamp_ns, zip(*columns, strict=True), strict=True):
+            node, raw_rate, raw_acceleration, field, *oriented = row
+            messages = self._messages[node]
+            self._raw[node].publish(messages.raw(stamp_ns, raw_rate, raw_acceleration))
+            if not math.isnan(field[0]):
+                self._mag[node].publish(messages.magnetic_field(stamp_ns, field))
+            _, _, orientation, _ = oriented
+            if not math.isnan(orientation[3]):
+                self._data[node].publish(messages.oriented(stamp_ns, *oriented))
 
 
 def main() -> None:
