@@ -20,10 +20,7 @@ class ImuBridgeParameters(FilterSettings):
         921600, unit="bit/s", limits=(1200, 4_000_000), doc="baud rate of that port"
     )
     wait_for_port: float = parameter(
-        0.0,
-        unit="s",
-        limits=(0.0, 1e6),
-        doc="longest wait for a missing port; 0: fail at once",
+        0.0, unit="s", limits=(0.0, 1e6), doc="longest wait for a missing port; 0: fail at once"
     )
     read_period: float = parameter(
         0.01,

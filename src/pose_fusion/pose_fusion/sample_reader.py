@@ -13,12 +13,7 @@ from pose_fusion.watching.stages import LatencyStages
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
 
-COUNTS = (
-    "malformed_skeletons",
-    "frames_repeated",
-    "joints_not_tracked",
-    "imu_without_orientation",
-)
+COUNTS = ("malformed_skeletons", "frames_repeated", "joints_not_tracked", "imu_without_orientation")
 
 Frame = tuple[SkeletonSample, ...]
 """Everybody in a camera's message."""

@@ -21,10 +21,7 @@ class Health:
     """Reports on ports, byte streams and nodes; rates are means since the previous report."""
 
     def __init__(
-        self,
-        pipeline: ImuPipeline,
-        sources: Sequence[SerialSource],
-        ports: Sequence[PortConfig],
+        self, pipeline: ImuPipeline, sources: Sequence[SerialSource], ports: Sequence[PortConfig]
     ) -> None:
         self._pipeline = pipeline
         self._sources = sources

@@ -83,8 +83,6 @@ def collect_live(
     with suppress(KeyboardInterrupt), node_of_tool(make) as (node, executor):
         cameras = node.cameras
         spin_until(
-            executor,
-            lambda: not collector.missing,
-            on_progress=lambda: on_progress(node.malformed),
+            executor, lambda: not collector.missing, on_progress=lambda: on_progress(node.malformed)
         )
     return cameras

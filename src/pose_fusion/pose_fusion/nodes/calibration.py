@@ -20,11 +20,7 @@ from pose_core.api import Clock, Clocks, Extrinsics
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENT_ENDS
-from pose_fusion.conversions import (
-    to_clock_messages,
-    to_extrinsics_messages,
-    to_static_tf,
-)
+from pose_fusion.conversions import to_clock_messages, to_extrinsics_messages, to_static_tf
 from pose_fusion.nodes.calibration_report import calibration_report
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.services import offer_trigger

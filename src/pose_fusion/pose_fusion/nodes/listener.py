@@ -22,11 +22,7 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import serialized_ns
 from pose_fusion.nodes import qos
-from pose_fusion.watching.observation import (
-    GraphSnapshot,
-    TopicWatch,
-    TrackingWatch,
-)
+from pose_fusion.watching.observation import GraphSnapshot, TopicWatch, TrackingWatch
 from pose_io.names import SKELETON_ARRAY, TF_STATIC
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import StaticTransforms

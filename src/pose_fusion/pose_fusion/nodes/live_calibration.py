@@ -14,9 +14,7 @@ from pose_node.nodes.running import node_of_tool, spin_until
 
 
 def calibrate_live(
-    options: Mapping[str, Any],
-    timeout_s: float,
-    on_progress: Callable[[LiveCalibration], None],
+    options: Mapping[str, Any], timeout_s: float, on_progress: Callable[[LiveCalibration], None]
 ) -> Extrinsics:
     """Calibrate from the running sensors.
 

@@ -153,10 +153,7 @@ class Player(Node):
         parameters = self._settings
         self._publish(self._playlist.rewind())
         self._playback = PlaybackClock(
-            self._playlist.start_ns,
-            self._rate,
-            paused=parameters.start_paused,
-            now_ns=now_ns,
+            self._playlist.start_ns, self._rate, paused=parameters.start_paused, now_ns=now_ns
         )
         self.get_logger().info(
             f"playing {self._bag.path}: {len(self._bag_publishers)} topics,"

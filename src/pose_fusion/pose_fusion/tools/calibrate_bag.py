@@ -61,9 +61,7 @@ def choose_sensors(bag: BagReader, wanted: Sequence[str] | None) -> tuple[str, .
 
 
 def calibrate_bag(
-    bag: BagReader,
-    sensors: Sequence[str],
-    parameters: CalibrationParameters,
+    bag: BagReader, sensors: Sequence[str], parameters: CalibrationParameters
 ) -> SessionCalibration:
     """Calibrate the session that a bag holds.
 

@@ -102,10 +102,7 @@ def run() -> int | None:
     if not arguments.output.parent.is_dir() or arguments.output.is_dir():
         raise InputError(f"cannot write {arguments.output}: expected a file in an existing folder")
     console = Console(stderr=True)
-    with (
-        open_bag(arguments.bag) as bag,
-        progress_bar(console, TimeRemainingColumn()) as progress,
-    ):
+    with open_bag(arguments.bag) as bag, progress_bar(console, TimeRemainingColumn()) as progress:
         task = progress.add_task("reading", total=1.0)
         recorded = read_motion(
             bag,

@@ -25,9 +25,7 @@ SHOW_S = 0.3  # [s] between two progress reports
 
 
 def run_node(
-    make_node: Callable[[], Node],
-    args: Sequence[str] | None = None,
-    parameters: type | None = None,
+    make_node: Callable[[], Node], args: Sequence[str] | None = None, parameters: type | None = None
 ) -> None:
     """Make a node, spin it until it is asked to stop by SIGINT or SIGTERM, and exit.
 

@@ -17,12 +17,7 @@ from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
-from pose_teleop.conversions import (
-    robot_states,
-    to_points,
-    to_robot_markers,
-    transform,
-)
+from pose_teleop.conversions import robot_states, to_points, to_robot_markers, transform
 from pose_teleop.nodes.bodies import LATCHED, NEWEST
 from pose_teleop.parameters import SimulatedRobotParameters
 from pose_teleop.robot_arm import RobotArm
