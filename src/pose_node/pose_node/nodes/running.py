@@ -36,7 +36,7 @@ def run_node(
             lists its fields.
     """
     if parameters is not None:
-        answer_arguments(make_node, parameters, args)
+        answer_arguments(make_node, parameters)
     interrupt = Interrupt(once=True)
     interrupt.listen(signal.SIGINT, signal.SIGTERM)  # before rclpy's own handlers, which call it
     try:
