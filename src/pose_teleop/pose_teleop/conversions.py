@@ -4,15 +4,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
+from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA, Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
 from pose_core.api import FloatArray
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_node.conversions import to_header
 from pose_teleop.arm_controller import ArmCommand
 from pose_teleop.retargeting import NamedPoses
@@ -43,7 +43,7 @@ def to_trajectory(command: ArmCommand, joints: Sequence[str], now_ns: int) -> Jo
                 positions=motion.position.tolist(),
                 velocities=motion.velocity.tolist(),
                 accelerations=motion.acceleration.tolist(),
-                time_from_start=_duration(time_s),
+                time_from_start=Duration(nanoseconds=round(time_s * NS_PER_S)).to_msg(),
             )
             for time_s, motion in zip(command.times_s.tolist(), command.motions, strict=True)
         ],
@@ -55,7 +55,7 @@ def to_points(message: JointTrajectory, joints: Sequence[str]) -> TrajectoryPoin
     if set(message.joint_names) != set(joints) or not message.points:
         return None
     order = [list(message.joint_names).index(joint) for joint in joints]
-    times = [p.time_from_start.sec + p.time_from_start.nanosec * 1e-9 for p in message.points]
+    times = [nanoseconds(p.time_from_start) / NS_PER_S for p in message.points]
     position = np.array([p.positions for p in message.points], float)[:, order]
     velocity = np.array([p.velocities for p in message.points], float)[:, order]
     if not (np.diff(times) > 0.0).all() or not np.isfinite(position).all():
@@ -124,8 +124,3 @@ def to_robot_markers(meshes: Sequence[tuple[str, FloatArray, Any]], root: str) -
         marker.points = [Point(x=x, y=y, z=z) for x, y, z in corners]
         markers.append(marker)
     return MarkerArray(markers=markers)
-
-
-def _duration(seconds: float) -> Duration:
-    whole, rest = divmod(round(seconds * NS_PER_S), NS_PER_S)
-    return Duration(sec=int(whole), nanosec=int(rest))

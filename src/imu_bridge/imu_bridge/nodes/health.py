@@ -60,11 +60,10 @@ class Health:
         if implausible:
             text = f"implausible samples from {', '.join(implausible)}: are the units right?"
             complaints.append((Level.WARN, text))
-        if complaints:
-            level = max(complaint[0] for complaint in complaints)
-            message = "; ".join(text for _, text in complaints)
-        else:
-            level, message = _summary(silent, len(pipeline.nodes))
+        if not complaints:
+            complaints.append(_summary(silent, len(pipeline.nodes)))
+        level = max(level for level, _ in complaints)
+        message = "; ".join(text for _, text in complaints)
         return Report(level=level, message=message, values=values)
 
     def _port_complaint(self, i: int) -> tuple[Level, str] | None:

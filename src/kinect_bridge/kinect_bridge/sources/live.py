@@ -86,6 +86,10 @@ class LiveSource(SkeletonSource):
         """Remove and return the oldest frame of the queue; None if it is empty."""
         return self._frames.popleft() if self._frames else None
 
+    def no_places(self) -> FloatArray:
+        """Positions of the joint map's n joints, (n, 3), all of them missing."""
+        return np.full((len(self.joint_map.joints), 3), np.nan)
+
     def push(self, people: Sequence[Person], capture_ns: int | None) -> None:
         """Queue a frame for the node.
 
