@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
-from pose_teleop.inverse_kinematics import ArmGoal, InverseKinematics
+from pose_teleop.inverse_kinematics import ArmGoal, reach
 from pose_teleop.person_arm import ANGLES, PersonArm
 from pose_teleop.robot_arm import RobotArm
 
@@ -87,7 +87,6 @@ class WristMapping(ArmMapping):
 
     def __init__(self, arm: RobotArm, person: PersonArm, mirror: bool, scale: float) -> None:
         self._arm, self._person = arm, person
-        self._solver = InverseKinematics(arm)
         # Roll, pitch, yaw about fixed axes, as in URDF.
         R_trunk_root = Rotation.from_euler("xyz", arm.file.mount).as_matrix()
         self._R_root_trunk = R_trunk_root.T @ np.diag([1.0, -1.0 if mirror else 1.0, 1.0])
@@ -103,13 +102,13 @@ class WristMapping(ArmMapping):
         start, count = self._before, ITERATIONS
         if start is None:
             start, count = self._arm.rest, FIRST_ITERATIONS
-        self._before = self._solver.solve(self.goal(angles), start, count)
+        self._before = reach(self._arm, self.goal(angles), start, count)
         return self._before
 
     def ahead(self, angles: FloatArray) -> FloatArray:
         """See :meth:`ArmMapping.ahead`."""
         assert self._before is not None
-        return self._solver.solve(self.goal(angles), self._before, 1)
+        return reach(self._arm, self.goal(angles), self._before, 1)
 
     def goal(self, angles: FloatArray) -> ArmGoal:
         """The goal of the inverse kinematics for the person's angles [rad], (4,)."""
