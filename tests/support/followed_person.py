@@ -7,7 +7,7 @@ from synthetic_body import body_offsets
 
 from pose_core.api import BodyShape, load_body_model, make_urdf
 from pose_teleop.arm_controller import ArmController
-from pose_teleop.input_monitor import Estimate, JointStates, Now
+from pose_teleop.input_monitor import Now
 from pose_teleop.parameters import ArmParameters
 from pose_teleop.person_arm import angle_names
 from pose_teleop.robot_dynamics import SimulatedArm, TrajectoryPoints
@@ -75,12 +75,8 @@ class Followed:
         position, velocity = (dict(zip(self.names, each, strict=True)) for each in (angles, rates))
         stddev = dict.fromkeys(self.names, self.stddev)
         monitor = self.controller.monitor
-        monitor.add_estimate(
-            Estimate(stamp_ns=stamp_ns, person=self.person, position=position, stddev=stddev),
-            self.now(),
-        )
-        states = JointStates(stamp_ns=stamp_ns, position=position, velocity=velocity)
-        monitor.add_joint_states(states, self.now())
+        monitor.add_estimate(stamp_ns, self.person, position, stddev, self.now())
+        monitor.add_joint_states(stamp_ns, position, velocity, self.now())
 
     def go(self, seconds, *, heard=True, robot_heard=True, hear=None):
         """Let time pass; the states that were visited, in order."""

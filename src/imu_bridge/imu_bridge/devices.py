@@ -1,6 +1,7 @@
 """The nodes file: sensors with their ports, protocols and segments."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -52,10 +53,8 @@ def read_devices(path: Path, sink: PortConfig) -> Devices:
         InputError: If the file cannot be read or is invalid.
     """
     document = read_yaml(path, "the nodes file")
-    try:
+    with errors_of(path):
         return parse_devices(document, sink)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
 
 
 def parse_devices(document: Any, sink: PortConfig) -> Devices:
@@ -92,10 +91,8 @@ def _port(name: str, entry: Mapping[str, Any]) -> PortConfig:
         raise InputError(f"{name}: baudrate = {baudrate!r} is not an integer [bit/s]")
     options = {key: entry[key] for key in known.options if key in entry}
     config = PortConfig(name=name, protocol=protocol, baudrate=baudrate, options=options)
-    try:
+    with errors_of(name):
         config.make_parser()
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from error
     return config
 
 
@@ -106,9 +103,16 @@ def _port_nodes(name: str, entry: Any, port: int) -> list[ImuNode]:
         raise InputError(f"{name}: protocol {protocol!r} is not one of {', '.join(PROTOCOLS)}")
     keys = {"protocol", "baudrate", "nodes", *NODE_KEYS, *PROTOCOLS[protocol].options}
     mapping(entry, name, keys)
-    try:
+    with errors_of(name):
         if "nodes" in entry:
             return nodes_of(entry["nodes"], port)
         return [node_of(0, {key: entry[key] for key in NODE_KEYS if key in entry}, port)]
+
+
+@contextmanager
+def errors_of(where: object) -> Iterator[None]:
+    """Context manager that puts the file or port into the message of an :class:`InputError`."""
+    try:
+        yield
     except InputError as error:
-        raise InputError(f"{name}: {error}") from error
+        raise InputError(f"{where}: {error}") from error

@@ -4,7 +4,7 @@ The stamp is the line below the arrivals (:mod:`pose_core.lower_line`) at the sa
 as regular as the node's clock, never after the arrival, and late by the link's minimum delay.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from imu_bridge.sequence import signed
 from pose_core.counters import Counters
@@ -22,8 +22,7 @@ FIRST_NS = 250_000_000  # [ns] and their duration: drivers deliver several sampl
 PAUSE_NS = 2 * NS_PER_S  # [ns] after a longer silence the number of lost samples is unknown
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class NodeTime:
+class NodeTime(NamedTuple):
     """Time of a sample."""
 
     stamp_ns: int  # [ns] on the host's clock, greater than that of the node's previous sample
@@ -79,8 +78,7 @@ class NodeClock:
             self.counters.add("stamps_held")
             stamp_ns = self._stamp_ns + HOLD_NS
         self._stamp_ns = stamp_ns
-        elapsed_s = None if elapsed_ns is None else elapsed_ns * 1e-9
-        return NodeTime(stamp_ns=stamp_ns, elapsed_s=elapsed_s)
+        return NodeTime(stamp_ns, None if elapsed_ns is None else elapsed_ns * 1e-9)
 
     def _elapsed_ns(self, clock_us: int, arrival_ns: int) -> int | None:
         """Node time since the previous sample [ns], or None if the node's clock has jumped."""
@@ -128,8 +126,7 @@ class CountingClock:
         else:
             self._count += 1
         before_ns, self._stamp_ns = self._stamp_ns, self._next_stamp_ns(arrival_ns)
-        elapsed_s = None if begins else (self._stamp_ns - before_ns) * 1e-9
-        return NodeTime(stamp_ns=self._stamp_ns, elapsed_s=elapsed_s)
+        return NodeTime(self._stamp_ns, None if begins else (self._stamp_ns - before_ns) * 1e-9)
 
     def _begin(self, arrival_ns: int) -> None:
         self._line, self._first_ns, self._count = None, arrival_ns, 0

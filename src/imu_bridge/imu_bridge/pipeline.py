@@ -1,5 +1,6 @@
 """Pipeline from received bytes to samples with stamp, calibration and orientation."""
 
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -63,13 +64,11 @@ class NodeState:
 
     def stamp(self, clock_us: int | None, arrival_ns: int) -> NodeTime:
         """The host time of an accepted sample."""
-        if clock_us is None:
-            if isinstance(self.clock, NodeClock):
-                self.clock = CountingClock()  # the device has no clock
-            return self.clock.stamp(arrival_ns)
-        if isinstance(self.clock, CountingClock):
-            return self.clock.stamp(arrival_ns)
-        return self.clock.stamp(clock_us, arrival_ns)
+        if clock_us is not None and isinstance(self.clock, NodeClock):
+            return self.clock.stamp(clock_us, arrival_ns)
+        if isinstance(self.clock, NodeClock):
+            self.clock = CountingClock()  # the device has no clock
+        return self.clock.stamp(arrival_ns)
 
 
 class ImuPipeline:
@@ -103,8 +102,8 @@ class ImuPipeline:
             )
             for modulus_us in moduli_us
         ]
-        self.unknown_nodes: dict[tuple[int, int], int] = {}
-        self.filter = FILTERS[parameters.filter](len(self.nodes), parameters.filter_settings())
+        self.unknown_nodes: Counter[tuple[int, int]] = Counter()
+        self.filter = FILTERS[parameters.filter](len(self.nodes), parameters)
         self._index = {(node.port, node.node_id): i for i, node in enumerate(self.nodes)}
         self._max_gap_s = parameters.max_gap
         self._transport_delay_ns = round(parameters.transport_delay * 1e9)
@@ -124,10 +123,10 @@ class ImuPipeline:
         for chunk in chunks:
             parser = self.parsers[chunk.port]
             for reading in parser.parse(chunk.data) if chunk.data else parser.finish():
-                i = self._index.get((chunk.port, reading.node_id))
+                who = (chunk.port, reading.node_id)
+                i = self._index.get(who)
                 if i is None:
-                    who = (chunk.port, reading.node_id)
-                    self.unknown_nodes[who] = self.unknown_nodes.get(who, 0) + 1
+                    self.unknown_nodes[who] += 1
                     continue
                 state = self.states[i]
                 if not is_plausible(reading):
@@ -211,12 +210,9 @@ def _calibrated(measured: FloatArray, offset: FloatArray, matrix: FloatArray) ->
 
 def _rounds(node: IndexArray) -> list[IndexArray]:
     """Groups of rows in which each node occurs at most once, its samples in order."""
-    seen: dict[int, int] = {}
-    rounds: list[list[int]] = []
+    seen: Counter[int] = Counter()
+    rounds = defaultdict(list)
     for row, i in enumerate(node.tolist()):
-        turn = seen.get(i, 0)
-        seen[i] = turn + 1
-        if turn == len(rounds):
-            rounds.append([])
-        rounds[turn].append(row)
-    return [np.array(rows, dtype=np.intp) for rows in rounds]
+        rounds[seen[i]].append(row)
+        seen[i] += 1
+    return [np.array(rows, dtype=np.intp) for rows in rounds.values()]

@@ -1,8 +1,9 @@
 """Interface of the sources of skeletons, and the table of them."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from pose_core.arrays import FloatArray
 from pose_io.recordings.joint_maps import StateArray
@@ -41,7 +42,7 @@ class SourceTopic:
     latched: bool = False  # transient local: late subscribers receive the newest message
 
 
-class SkeletonSource(Protocol):
+class SkeletonSource(ABC):
     """A source of skeletons for the node.
 
     It is made from the node's parameters, and raises a PoseError if one of them is invalid, a
@@ -54,12 +55,14 @@ class SkeletonSource(Protocol):
     """
 
     hardware_id: str
-    topics: tuple[SourceTopic, ...]
+    topics: tuple[SourceTopic, ...] = ()
 
     @property
     def is_finished(self) -> bool:
         """Whether the source has ended."""
+        return False
 
+    @abstractmethod
     def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
         """Start the source.
 
@@ -68,17 +71,20 @@ class SkeletonSource(Protocol):
             wake: Makes the node call :meth:`take` soon; may be called from any thread.
         """
 
-    def receive(self, message: Any, topic: str) -> None:
+    def receive(self, message: Any, topic: str) -> None:  # noqa: B027 (without topics: none come)
         """Process a message of one of :attr:`topics`."""
 
+    @abstractmethod
     def take(self) -> SkeletonFrame | None:
         """The next frame, if one is due."""
 
     def wait_ns(self) -> int | None:
         """Time until the next call of :meth:`take` [ns]; None: not before ``wake``."""
+        return None
 
+    @abstractmethod
     def report(self) -> Report:
         """The state, called once per second."""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 (some hold nothing)
         """Stop, and release devices and threads."""

@@ -164,7 +164,7 @@ def _read_trial(path: Path) -> Trial:
 
 def filtered(trials: Sequence[Trial], variant: Variant, track: Track = iter) -> list[FloatArray]:
     """Orientations of a filter for each trial, processed in parallel, shape (n, 4) each."""
-    filter_ = FILTERS[variant.parameters.filter](len(trials), variant.parameters.filter_settings())
+    filter_ = FILTERS[variant.parameters.filter](len(trials), variant.parameters)
     lengths = np.array([len(trial.judged) for trial in trials])
     periods = np.array([trial.period_s for trial in trials])
     results = [np.empty((length, 4)) for length in lengths]

@@ -55,6 +55,12 @@ def single_imu_lines(clocks: Clocks) -> Iterator[str]:
             yield f"the clock of the IMU on {segment} is {ahead} ahead of the other IMUs'"
 
 
+def result_lines(extrinsics: Extrinsics, imus: str) -> Iterator[str]:
+    """Lines about a result beside the sensors' poses; ``imus`` is about their common clock."""
+    yield from scale_lines(extrinsics)
+    yield from filter(None, (imus, *single_imu_lines(extrinsics.clocks), floor_line(extrinsics)))
+
+
 def scale_lines(extrinsics: Extrinsics) -> Iterator[str]:
     """Lines about trackers whose scales differ."""
     for name, pair in extrinsics.residuals.items():
@@ -76,6 +82,5 @@ def extrinsics_lines(extrinsics: Extrinsics) -> Iterator[str]:
             f"{100.0 * pair.median:.1f} cm"
         )
     yield from scale_lines(extrinsics)
-    for line in (clocks_line(extrinsics, "by the motion in the bag"), floor_line(extrinsics)):
-        if line:
-            yield line
+    clocks = clocks_line(extrinsics, "by the motion in the bag")
+    yield from filter(None, (clocks, floor_line(extrinsics)))

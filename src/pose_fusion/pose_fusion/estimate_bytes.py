@@ -8,12 +8,7 @@ from rosbags.typesys.store import Typestore
 
 from pose_core.api import ROOT_DOF, BodyEstimate, BodyFrames, BodyModel, EstimateBlock, FloatArray
 from pose_core.joints import JOINT_INDEX
-from pose_fusion.conversions import (
-    STATE_COLORS,
-    bone_ends,
-    to_bag_message,
-    to_messages,
-)
+from pose_fusion.conversions import STATE_COLORS, bone_ends, to_bag_message, to_messages
 from pose_io.cdr.message_template import MessageTemplate
 
 

@@ -11,8 +11,7 @@ from pathlib import Path
 
 from pose_core.errors import PoseError
 from pose_node.child_process import executable, run_to_end, start, stop
-from pose_node.level import Level
-from pose_node.node_status import NodeStatus
+from pose_node.node_status import Level, NodeStatus
 
 OUR_NODE = re.compile(r"/lib/(?:kinect_bridge|imu_bridge|pose_fusion)/\S+ .*--ros-args")
 

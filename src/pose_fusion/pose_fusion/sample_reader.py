@@ -1,6 +1,6 @@
 """Messages of cameras and IMUs read into samples that a pipeline may use."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +13,7 @@ from pose_fusion.watching.stages import LatencyStages
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
 
-COUNTS = (
-    "malformed_skeletons",
-    "frames_repeated",
-    "joints_not_tracked",
-    "imu_without_orientation",
-)
+COUNTS = ("malformed_skeletons", "frames_repeated", "joints_not_tracked", "imu_without_orientation")
 
 Frame = tuple[SkeletonSample, ...]
 """Everybody in a camera's message."""
@@ -98,29 +93,27 @@ class SampleReader:
             now_ns: The host's clock [ns].
             clocks: Clocks that correct the stamps afterwards.
         """
-
-        def check(block: ImuBlock) -> ImuBlock:
-            known = {block.segments[imu] for imu in set(block.imu.tolist())}
-            self.oriented |= {s: s in known or self.oriented.get(s, False) for s in datas}
-            if self.judge is None:
-                return block
-            return self.judge.imus(block, arrival_ns=now_ns, clocks=clocks)
-
-        return read_imus(datas, self.counters, check)
+        block = _oriented(datas, self.counters)
+        known = {block.segments[imu] for imu in set(block.imu.tolist())}
+        self.oriented |= {s: s in known or self.oriented.get(s, False) for s in datas}
+        if self.judge is not None:
+            block = self.judge.imus(block, arrival_ns=now_ns, clocks=clocks)
+        return _in_order(block)
 
 
-def read_imus(
-    datas: Mapping[str, Sequence[bytes]],
-    counters: Counters,
-    check: Callable[[ImuBlock], ImuBlock] | None = None,
-) -> ImuBlock:
+def read_imus(datas: Mapping[str, Sequence[bytes]], counters: Counters) -> ImuBlock:
     """The samples in serialised messages by segment, in the order of their stamps.
 
-    Messages without an orientation are counted and left out. ``check`` gets the samples in the
-    order of their arrival, and returns those to use.
+    Messages without an orientation are counted and left out.
     """
+    return _in_order(_oriented(datas, counters))
+
+
+def _oriented(datas: Mapping[str, Sequence[bytes]], counters: Counters) -> ImuBlock:
     block, kept = imu_block(datas)
     counters.add("imu_without_orientation", sum(map(len, datas.values())) - len(kept))
-    if check is not None:
-        block = check(block)
+    return block
+
+
+def _in_order(block: ImuBlock) -> ImuBlock:
     return block.rows(np.argsort(block.stamps_ns, kind="stable"))

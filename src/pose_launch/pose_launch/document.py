@@ -10,12 +10,11 @@ from typing import Any
 
 import yaml
 
-from pose_core.errors import InputError
 from pose_core.plain_yaml import PlainLoader, YamlError, read_yaml
 from pose_launch.errors import FileLine, LaunchError
 
 
-class LocatedMapping(dict[str, Any]):
+class LocatedMapping(dict[Any, Any]):
     """A YAML mapping with the lines of its keys."""
 
     lines: dict[str, int]
@@ -27,17 +26,9 @@ class _Loader(PlainLoader):
 
 
 def _construct_mapping(loader: _Loader, node: yaml.MappingNode) -> LocatedMapping:
-    mapping = LocatedMapping()
+    mapping = LocatedMapping(loader.construct_mapping(node, deep=True))
     mapping.line = node.start_mark.line + 1
-    mapping.lines = {}
-    for key_node, value_node in node.value:
-        key = loader.construct_object(key_node)
-        if key in mapping:
-            raise yaml.constructor.ConstructorError(
-                None, None, f"'{key}' occurs twice", key_node.start_mark
-            )
-        mapping.lines[key] = key_node.start_mark.line + 1
-        mapping[key] = loader.construct_object(value_node, deep=True)
+    mapping.lines = {loader.construct_object(key): key.start_mark.line + 1 for key, _ in node.value}
     return mapping
 
 
@@ -127,15 +118,14 @@ class Entity:
                 self.place, f"'{self.kind}' holds no list of actions (under 'children')"
             )
         for child in children:
-            if not isinstance(child, LocatedMapping) or len(child) != 1:
+            is_mapping = isinstance(child, LocatedMapping)
+            place = FileLine(self.place.file, child.line) if is_mapping else self.place
+            if not is_mapping or len(child) != 1:
                 raise LaunchError(
-                    self.place
-                    if not isinstance(child, LocatedMapping)
-                    else FileLine(self.place.file, child.line),
-                    f"{child!r} is not one action: expected for example '- node: {{…}}'",
+                    place, f"{child!r} is not one action: expected for example '- node: {{…}}'"
                 )
             ((kind, element),) = child.items()
-            yield Entity(kind, element, FileLine(self.place.file, child.line))
+            yield Entity(kind, element, place)
 
     def finish(self) -> None:
         """Raise a LaunchError if there are unknown attributes."""
@@ -152,15 +142,14 @@ def read_launch_file(path: Path) -> Entity:
     """The root entity of a launch file.
 
     Raises:
-        LaunchError: If there is no such file, or it is not a YAML launch file.
+        PoseError: If there is no such file, or it is not a YAML launch file.
     """
-    place = FileLine(path, 1)
     try:
         document = read_yaml(path, "the launch file", _Loader)
     except YamlError as error:
         raise LaunchError(FileLine(path, error.line), f"not valid YAML: {error.problem}") from error
-    except InputError as error:
-        raise LaunchError(None, str(error)) from error
     if not isinstance(document, LocatedMapping) or list(document) != ["launch"]:
-        raise LaunchError(place, "not a ROS 2 YAML launch file: expected 'launch:' and a list")
+        raise LaunchError(
+            FileLine(path, 1), "not a ROS 2 YAML launch file: expected 'launch:' and a list"
+        )
     return Entity("launch", document["launch"], FileLine(path, document.lines["launch"]))

@@ -7,12 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from pose_core.errors import InputError
 from pose_launch import node_parameters
 from pose_launch.document import Entity, read_launch_file
-from pose_launch.errors import FileLine, LaunchError
-from pose_launch.locating import find_executable
+from pose_launch.errors import LaunchError, located
 from pose_launch.processes import Process
 from pose_launch.substitutions import Scope, condition, resolve, split_command_line
+from pose_node import child_process
 
 DEEPEST_INCLUDE = 20
 
@@ -67,15 +68,14 @@ class LaunchEvaluation:
         """Evaluate a file.
 
         Raises:
-            LaunchError: If something in it is invalid, missing or not supported.
+            PoseError: If something in it is invalid, missing or not supported.
         """
         self._evaluate_file(file)
         unknown = sorted(set(self._given) - set(self._arguments))
         if unknown:
-            raise LaunchError(
-                None,
+            raise InputError(
                 f"{file.name} has no argument '{unknown[0]}':"
-                f" there are {', '.join(self._arguments) or 'none'}",
+                f" there are {', '.join(self._arguments) or 'none'}"
             )
         return Graph(arguments=tuple(self._arguments.values()), processes=tuple(self._processes))
 
@@ -84,26 +84,23 @@ class LaunchEvaluation:
     def _scope(self) -> Scope:
         return Scope(variables=self._variables, run_commands=not self._describe)
 
-    def _resolve(self, text: str, place: FileLine) -> str:
-        return resolve(text, self._scope(), place)
-
     def _text(self, entity: Entity, name: str) -> str:
-        return self._resolve(entity.required_text(name), entity.place_of(name))
+        with located(entity.place_of(name)):
+            return resolve(entity.required_text(name), self._scope())
 
     def _optional_text(self, entity: Entity, name: str) -> str | None:
         text = entity.text(name)
-        return None if text is None else self._resolve(text, entity.place_of(name))
+        with located(entity.place_of(name)):
+            return None if text is None else resolve(text, self._scope())
 
-    def _holds(self, entity: Entity) -> bool:
-        """Whether the conditions ``if`` and ``unless`` hold."""
-        wanted, unwanted = entity.text("if"), entity.text("unless")
-        if wanted is not None and not condition(wanted, self._scope(), entity.place_of("if")):
-            return False
-        return unwanted is None or not condition(unwanted, self._scope(), entity.place_of("unless"))
+    def _condition(self, entity: Entity, name: str, *, default: bool) -> bool:
+        text = entity.text(name)
+        with located(entity.place_of(name)):
+            return default if text is None else condition(text, self._scope())
 
     def _evaluate_file(self, file: Path, passed: frozenset[str] | None = None) -> None:
         if self._depth > DEEPEST_INCLUDE:
-            raise LaunchError(None, f"{file} includes itself")
+            raise InputError(f"{file} includes itself")
         before = self._passed
         self._passed = passed
         self._depth += 1
@@ -120,7 +117,8 @@ class LaunchEvaluation:
                     f"the action '{entity.kind}' is not supported:"
                     f" there are {', '.join(self._actions)}",
                 )
-            if self._holds(entity):
+            is_wanted = self._condition(entity, "if", default=True)
+            if is_wanted and not self._condition(entity, "unless", default=False):
                 action(entity)
                 entity.finish()
 
@@ -131,9 +129,8 @@ class LaunchEvaluation:
         default = entity.text("default")
         description = entity.text("description") or ""
         if name not in self._settled:
-            self._arguments.setdefault(
-                name, Argument(name=name, default=default, description=description)
-            )
+            argument = Argument(name=name, default=default, description=description)
+            self._arguments.setdefault(name, argument)
         passed = self._passed
         if default is None and passed is not None and name not in passed:
             raise LaunchError(
@@ -147,7 +144,7 @@ class LaunchEvaluation:
                 raise LaunchError(
                     entity.place, f"the argument '{name}'{about} must be given: {name}:=VALUE"
                 )
-            self._variables[name] = self._resolve(default or "", entity.place_of("default"))
+            self._variables[name] = self._optional_text(entity, "default") or ""
 
     def _let(self, entity: Entity) -> None:
         self._variables[self._text(entity, "name")] = self._text(entity, "value")
@@ -168,7 +165,6 @@ class LaunchEvaluation:
         return f"{self._namespace}/{namespace.strip('/')}".rstrip("/")
 
     def _include(self, entity: Entity) -> None:
-        place = entity.place_of("file")
         file = Path(self._text(entity, "file"))
         arguments = [
             (self._text(argument, "name"), self._text(argument, "value"))
@@ -180,13 +176,14 @@ class LaunchEvaluation:
         if file.is_file():
             self._evaluate_file(file, names)
         elif not self._describe:
-            raise LaunchError(place, f"found no launch file {file}")
+            raise LaunchError(entity.place_of("file"), f"found no launch file {file}")
 
     def _node(self, entity: Entity) -> None:
         package, executable = self._text(entity, "pkg"), self._text(entity, "exec")
         program = executable
         if not self._describe:
-            program = find_executable(package, executable, entity.place_of("exec"))
+            with located(entity.place_of("exec")):
+                program = str(child_process.executable(package, executable))
         namespace = self._optional_text(entity, "namespace")
         name = self._optional_text(entity, "name")
         process = self._process(entity, name or executable, (program, *self._words(entity, "args")))
@@ -214,8 +211,8 @@ class LaunchEvaluation:
         self._processes.append(self._process(entity, name, words))
 
     def _words(self, entity: Entity, attribute: str) -> tuple[str, ...]:
-        text = entity.text(attribute) or ""
-        return tuple(split_command_line(text, self._scope(), entity.place_of(attribute)))
+        with located(entity.place_of(attribute)):
+            return tuple(split_command_line(entity.text(attribute) or "", self._scope()))
 
     def _process(self, entity: Entity, name: str, command: tuple[str, ...]) -> Process:
         """Create a process from the attributes common to nodes and other executables."""
@@ -225,14 +222,13 @@ class LaunchEvaluation:
             raise LaunchError(
                 entity.place_of("on_exit"), f"on_exit is '{on_exit}', expected 'shutdown'"
             )
-        respawn = self._optional_text(entity, "respawn") or "false"
         delay_s = entity.number("respawn_delay") or 0.0
         if delay_s < 0.0:
             raise LaunchError(entity.place_of("respawn_delay"), f"{delay_s} s is negative")
         return Process(
             name=self._unique_name(name),
             command=command,
-            respawn=condition(respawn, self._scope(), entity.place_of("respawn")),
+            respawn=self._condition(entity, "respawn", default=False),
             respawn_delay_s=delay_s,
             ends_graph=on_exit == "shutdown",
         )

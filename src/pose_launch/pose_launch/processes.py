@@ -29,49 +29,39 @@ class Process:
 
     def full_command(self, parameter_folder: Path) -> list[str]:
         """The command with ROS arguments; values are written to files in ``parameter_folder``."""
-        arguments = self._names()
+        parameters = []
         for index, source in enumerate(self.parameters):
             if not isinstance(source, Path):
                 path = parameter_folder / f"{self.name}.{index}.yaml"
-                path.write_text(dump_yaml({self._key(): {"ros__parameters": _plain(source)}}))
+                path.write_text(dump_yaml({self._key(): {"ros__parameters": dict(source)}}))
                 source = path
-            arguments += ["--params-file", str(source)]
-        return self._with(arguments)
+            parameters += ["--params-file", str(source)]
+        return self._with(parameters)
 
     def shown(self) -> str:
         """An equivalent shell command, with values as ``-p``."""
-        arguments = self._names()
+        parameters = []
         for source in self.parameters:
             if isinstance(source, Path):
-                arguments += ["--params-file", str(source)]
+                parameters += ["--params-file", str(source)]
                 continue
             for name, value in source.items():
-                text = dump_yaml(_plain(value), default_flow_style=True, width=10**6)
-                arguments += ["-p", f"{name}:={text.removesuffix('...' + chr(10)).strip()}"]
-        return shlex.join(self._with(arguments))
+                text = dump_yaml(value, default_flow_style=True, width=10**6)
+                parameters += ["-p", f"{name}:={text.removesuffix('...' + chr(10)).strip()}"]
+        return shlex.join(self._with(parameters))
 
-    def _names(self) -> list[str]:
-        arguments = []
-        if self.node_name is not None:
-            arguments += ["-r", f"__node:={self.node_name}"]
-        if self.namespace is not None:
-            arguments += ["-r", f"__ns:={self.namespace}"]
-        return arguments
-
-    def _with(self, arguments: list[str]) -> list[str]:
-        for source, target in self.remappings:
-            arguments += ["-r", f"{source}:={target}"]
-        return [*self.command, *(["--ros-args", *arguments] if self.is_node else [])]
+    def _with(self, parameters: list[str]) -> list[str]:
+        """The command with the names and these arguments for parameters."""
+        if not self.is_node:
+            return list(self.command)
+        names = (("__node", self.node_name), ("__ns", self.namespace), *self.remappings)
+        command = [*self.command, "--ros-args"]
+        for source, target in names:
+            command += [] if target is None else ["-r", f"{source}:={target}"]
+        return command + parameters
 
     def _key(self) -> str:
         """The node's key in a parameter file."""
         if self.node_name is None or self.namespace is None:
             return "/**"
         return f"{self.namespace.rstrip('/')}/{self.node_name}"
-
-
-def _plain(value: Any) -> Any:
-    """Convert values for YAML."""
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    return list(value) if isinstance(value, list | tuple) else value

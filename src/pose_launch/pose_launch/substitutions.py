@@ -1,13 +1,15 @@
 r"""Resolves the substitutions of launch files: ``$(var rate)``, ``$(env HOME)``, nested ones.
 
 An argument is a word or is quoted; substitutions may be nested in quotes and words. A backslash
-escapes the next character.
+escapes the next character. All functions raise an :class:`InputError` if a substitution is not
+supported, malformed, or fails.
 """
 
 import shlex
 import subprocess
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ament_index_python.packages import (
     PackageNotFoundError,
@@ -15,18 +17,7 @@ from ament_index_python.packages import (
     get_package_share_directory,
 )
 
-from pose_launch.errors import FileLine, LaunchError
-
-
-@dataclass(frozen=True)
-class Call:
-    """A substitution: its name and its arguments, each a template."""
-
-    name: str
-    arguments: tuple["Template", ...]
-
-
-Template = tuple[str | Call, ...]
+from pose_core.errors import InputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,188 +28,162 @@ class Scope:
     run_commands: bool = True  # False: ``$(command …)`` gives an empty string
 
 
-class _Parser:
+class Piece(NamedTuple):
+    """A part of a resolved text."""
+
+    text: str
+    is_substituted: bool
+
+
+class _Resolver:
     """Recursive descent over one text."""
 
-    def __init__(self, text: str, place: FileLine) -> None:
+    def __init__(self, text: str, scope: Scope) -> None:
         self._text = text
-        self._place = place
+        self._scope = scope
         self._at = 0
 
-    def whole(self) -> Template:
-        template = self._template("")
-        if self._at < len(self._text):
-            raise self._error("is not closed")
-        return template
-
-    def _error(self, problem: str) -> LaunchError:
-        return LaunchError(self._place, f"the text {self._text!r} {problem}")
-
-    def _template(self, end: str) -> Template:
+    def pieces(self, end: str = "") -> list[Piece]:
         """Everything up to one of the ``end`` characters, which is not consumed."""
-        parts: list[str | Call] = []
+        pieces: list[Piece] = []
         literal = ""
         while self._at < len(self._text) and self._text[self._at] not in end:
             if self._text.startswith("$(", self._at):
                 if literal:
-                    parts.append(literal)
+                    pieces.append(Piece(literal, False))
                 literal = ""
-                parts.append(self._call())
+                pieces.append(Piece(self._substitution(), True))
                 continue
             if self._text[self._at] == "\\" and self._at + 1 < len(self._text):
                 self._at += 1
             literal += self._text[self._at]
             self._at += 1
-        return (*parts, literal) if literal else tuple(parts)
+        return [*pieces, Piece(literal, False)] if literal else pieces
 
-    def _call(self) -> Call:
+    def _error(self, problem: str) -> InputError:
+        return InputError(f"the text {self._text!r} {problem}")
+
+    def _substitution(self) -> str:
         self._at += len("$(")
-        name = self._template(" )")
-        arguments: list[Template] = []
+        name = self.pieces(" )")
+        arguments: list[str] = []
         while self._at < len(self._text) and self._text[self._at] == " ":
             self._at += 1
             quote = self._text[self._at : self._at + 1]
-            if quote in ("'", '"') and quote:
+            if quote in ("'", '"'):
                 self._at += 1
-                arguments.append(self._template(quote))
+                arguments.append(_joined(self.pieces(quote)))
                 if self._at >= len(self._text):
                     raise self._error(f"has an open {quote}")
                 self._at += 1
             else:
-                arguments.append(self._template(" )"))
+                arguments.append(_joined(self.pieces(" )")))
         if not self._text.startswith(")", self._at):
             raise self._error("has a '$(' without its ')'")
         self._at += 1
-        if len(name) != 1 or not isinstance(name[0], str):
+        if len(name) != 1 or name[0].is_substituted:
             raise self._error("has a '$(' without a name")
-        return Call(name[0], tuple(arguments))
+        return _substituted(name[0].text, arguments, self._scope)
 
 
-def parse(text: str, place: FileLine) -> Template:
-    """Parse a text to a template, in which ``$(…)`` are calls."""
-    return _Parser(text, place).whole()
+def pieces_of(text: str, scope: Scope) -> list[Piece]:
+    """The parts of a text, with all substitutions resolved."""
+    return _Resolver(text, scope).pieces()
 
 
-def resolve(text: str, scope: Scope, place: FileLine) -> str:
-    """Resolve all substitutions in a text.
-
-    Raises:
-        LaunchError: If a substitution is not supported, malformed, or fails.
-    """
-    return _resolve_template(parse(text, place), scope, place)
+def resolve(text: str, scope: Scope) -> str:
+    """Resolve all substitutions in a text."""
+    return _joined(pieces_of(text, scope))
 
 
-def has_substitution(text: str, place: FileLine) -> bool:
-    """Whether the text contains any ``$(…)``."""
-    return any(isinstance(part, Call) for part in parse(text, place))
+def _joined(pieces: list[Piece]) -> str:
+    return "".join(piece.text for piece in pieces)
 
 
-def _resolve_template(template: Template, scope: Scope, place: FileLine) -> str:
-    return "".join(
-        part if isinstance(part, str) else _resolve_call(part, scope, place) for part in template
-    )
-
-
-def _resolve_call(call: Call, scope: Scope, place: FileLine) -> str:
-    if call.name not in SUBSTITUTIONS:
-        raise LaunchError(
-            place,
-            f"the substitution $({call.name} …) is not supported:"
-            f" there are {', '.join(SUBSTITUTIONS)}",
+def _substituted(name: str, arguments: list[str], scope: Scope) -> str:
+    if name not in SUBSTITUTIONS:
+        raise InputError(
+            f"the substitution $({name} …) is not supported: there are {', '.join(SUBSTITUTIONS)}"
         )
-    expected, function = SUBSTITUTIONS[call.name]
-    if len(call.arguments) != expected:
-        raise LaunchError(
-            place, f"$({call.name} …) has {len(call.arguments)} arguments, expected {expected}"
-        )
-    arguments = [_resolve_template(argument, scope, place) for argument in call.arguments]
-    return function(arguments, scope, place)
+    expected, function = SUBSTITUTIONS[name]
+    if len(arguments) != expected:
+        raise InputError(f"$({name} …) has {len(arguments)} arguments, expected {expected}")
+    return function(arguments, scope)
 
 
-def _variable(arguments: list[str], scope: Scope, place: FileLine) -> str:
+def _variable(arguments: list[str], scope: Scope) -> str:
     (name,) = arguments
     if name in scope.variables:
         return scope.variables[name]
     known = ", ".join(sorted(scope.variables)) or "none"
-    raise LaunchError(place, f"$(var {name}): nothing of that name is set here ({known})")
+    raise InputError(f"$(var {name}): nothing of that name is set here ({known})")
 
 
-def _package(
-    find: Callable[[str], str],
-) -> Callable[[list[str], Scope, FileLine], str]:
-    def function(arguments: list[str], scope: Scope, place: FileLine) -> str:
-        try:
-            return find(arguments[0])
-        except (PackageNotFoundError, ValueError) as error:
-            raise LaunchError(
-                place, f"found no package '{arguments[0]}': build and source its workspace"
-            ) from error
-
-    return function
+def _package(find: Callable[[str], str], package: str) -> str:
+    try:
+        return find(package)
+    except (PackageNotFoundError, ValueError) as error:
+        raise InputError(f"found no package '{package}': build and source its workspace") from error
 
 
-def _command(arguments: list[str], scope: Scope, place: FileLine) -> str:
+def _command(arguments: list[str], scope: Scope) -> str:
     if not scope.run_commands:
         return ""
     command = arguments[0]
     try:
         result = subprocess.run(shlex.split(command), capture_output=True, text=True)
     except (OSError, ValueError) as error:
-        raise LaunchError(place, f"$(command '{command}') cannot run: {error}") from error
+        raise InputError(f"$(command '{command}') cannot run: {error}") from error
     if result.returncode != 0 or result.stderr:
         said = (result.stderr.strip().splitlines() or ["nothing"])[-1]
-        raise LaunchError(
-            place,
-            f"$(command '{command}') failed: exit code {result.returncode}, it said: {said}",
+        raise InputError(
+            f"$(command '{command}') failed: exit code {result.returncode}, it said: {said}"
         )
     return result.stdout
 
 
-def _truth(text: str, place: FileLine) -> bool:
+def _truth(text: str) -> bool:
     """Truth value of a condition, by the rules of ``ros2 launch``."""
     lowered = text.strip().lower()
     if lowered in ("true", "1"):
         return True
     if lowered in ("false", "0"):
         return False
-    raise LaunchError(place, f"the condition is {text!r}, expected true or false (or 1 or 0)")
+    raise InputError(f"the condition is {text!r}, expected true or false (or 1 or 0)")
 
 
-def condition(text: str, scope: Scope, place: FileLine) -> bool:
+def condition(text: str, scope: Scope) -> bool:
     """The value of an ``if`` or ``unless``."""
-    return _truth(resolve(text, scope, place), place)
+    return _truth(resolve(text, scope))
 
 
-SUBSTITUTIONS: dict[str, tuple[int, Callable[[list[str], Scope, FileLine], str]]] = {
+SUBSTITUTIONS: dict[str, tuple[int, Callable[[list[str], Scope], str]]] = {
     "var": (1, _variable),
-    "find-pkg-share": (1, _package(get_package_share_directory)),
-    "find-pkg-prefix": (1, _package(get_package_prefix)),
+    "find-pkg-share": (1, lambda given, _: _package(get_package_share_directory, *given)),
+    "find-pkg-prefix": (1, lambda given, _: _package(get_package_prefix, *given)),
     "command": (1, _command),
-    "equals": (2, lambda given, *_: str(given[0] == given[1]).lower()),
-    "not-equals": (2, lambda given, *_: str(given[0] != given[1]).lower()),
-    "not": (1, lambda given, _, place: str(not _truth(given[0], place)).lower()),
+    "equals": (2, lambda given, _: str(given[0] == given[1]).lower()),
+    "not-equals": (2, lambda given, _: str(given[0] != given[1]).lower()),
+    "not": (1, lambda given, _: str(not _truth(given[0])).lower()),
 }
 """Number of arguments and function of each substitution, by name."""
 
 
-def split_command_line(text: str, scope: Scope, place: FileLine) -> list[str]:
+def split_command_line(text: str, scope: Scope) -> list[str]:
     """Split a command line into words; the result of a substitution is not split.
 
     Quotes group words, as in a shell.
-
-    Raises:
-        LaunchError: If a quote is not closed, or a substitution fails.
     """
     words: list[str] = []
     current: str | None = None
-    for part in parse(text, place):
-        if isinstance(part, Call):
-            current = (current or "") + _resolve_call(part, scope, place)
+    for part, is_substituted in pieces_of(text, scope):
+        if is_substituted:
+            current = (current or "") + part
             continue
         try:
             tokens = shlex.split(part)
         except ValueError as error:
-            raise LaunchError(place, f"the command line {text!r}: {error}") from error
+            raise InputError(f"the command line {text!r}: {error}") from error
         if current is not None and (part[0].isspace() or not tokens):
             words.append(current)
             current = None

@@ -5,8 +5,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import Header
 
 from pose_core.stamps import NS_PER_S
-from pose_node.level import Level
-from pose_node.node_status import NodeStatus
+from pose_node.node_status import Level, NodeStatus
 
 
 def ns_to_stamp(stamp_ns: int) -> Time:

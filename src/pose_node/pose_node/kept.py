@@ -59,7 +59,6 @@ class Kept(Generic[T]):
 
     def __init__(self, beside: Path | None, name: str, read: Callable[[Any], T]) -> None:
         self._path = None if beside is None else beside.with_name(f"{name}-{beside.stem}.json")
-        self._name = name
         self._read = read
 
     def load(self) -> T | None:
@@ -75,6 +74,5 @@ class Kept(Generic[T]):
         """Save plain mappings, lists, texts and numbers, without waiting for the disk."""
         if self._path is not None:
             with suppress(InputError):
-                write_atomically(
-                    self._path, json.dumps(plain).encode(), self._name, is_synced=False
-                )
+                data = json.dumps(plain).encode()
+                write_atomically(self._path, data, "the state", is_synced=False)

@@ -47,8 +47,8 @@ class JobResult:
 
     job: Job
     state: str  # done, there already, failed
-    message: str  # what the tool has printed; of a failure, the error
-    duration_s: float  # [s]
+    message: str = ""  # what the tool has printed; of a failure, the error
+    duration_s: float = 0.0  # [s]
 
 
 OUTPUT = "{output}"
@@ -160,16 +160,14 @@ def run_jobs(jobs: Sequence[Job], workers: int, dask: str | None = None) -> Iter
                 yield future.result()
             else:
                 message = one_line(future.exception())
-                yield JobResult(
-                    job=futures[future], state="failed", message=message, duration_s=0.0
-                )
+                yield JobResult(job=futures[future], state="failed", message=message)
 
 
 def run_job(job: Job) -> JobResult:
     """Run one job in a separate process."""
     output, begin = Path(job.output), time.monotonic()
     if output.exists():
-        return JobResult(job=job, state="there already", message="", duration_s=0.0)
+        return JobResult(job=job, state="there already")
     folder = output.parent / f".part-{job.run}-{uuid.uuid4().hex[:8]}"
     folder.mkdir(parents=True)
     part = folder / output.name

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
-from pose_teleop.inverse_kinematics import ArmGoal, InverseKinematics
+from pose_teleop.inverse_kinematics import ArmGoal, reach
 from pose_teleop.person_arm import ANGLES, PersonArm
 from pose_teleop.robot_arm import RobotArm
 
@@ -24,8 +24,7 @@ class ArmMapping(ABC):
     def target(self, angles: FloatArray) -> FloatArray:
         """The robot's joints [rad], (n,), within limits, for the person's angles [rad], (4,)."""
 
-    @abstractmethod
-    def reset(self) -> None:
+    def reset(self) -> None:  # noqa: B027 (most have none)
         """Drop the previous target: the next one may be far from it."""
 
     def target_and_rate(
@@ -67,9 +66,6 @@ class JointMapping(ArmMapping):
         self._scale = np.array([rule.scale for rule in rules])
         self._offset = np.array([rule.offset for rule in rules])
 
-    def reset(self) -> None:
-        """No state to reset."""
-
     def target(self, angles: FloatArray) -> FloatArray:
         """See :meth:`ArmMapping.target`."""
         q = self._arm.rest.copy()
@@ -91,7 +87,6 @@ class WristMapping(ArmMapping):
 
     def __init__(self, arm: RobotArm, person: PersonArm, mirror: bool, scale: float) -> None:
         self._arm, self._person = arm, person
-        self._solver = InverseKinematics(arm)
         # Roll, pitch, yaw about fixed axes, as in URDF.
         R_trunk_root = Rotation.from_euler("xyz", arm.file.mount).as_matrix()
         self._R_root_trunk = R_trunk_root.T @ np.diag([1.0, -1.0 if mirror else 1.0, 1.0])
@@ -107,19 +102,19 @@ class WristMapping(ArmMapping):
         start, count = self._before, ITERATIONS
         if start is None:
             start, count = self._arm.rest, FIRST_ITERATIONS
-        self._before = self._solver.solve(self.goal(angles), start, count)
+        self._before = reach(self._arm, self.goal(angles), start, count)
         return self._before
 
     def ahead(self, angles: FloatArray) -> FloatArray:
         """See :meth:`ArmMapping.ahead`."""
         assert self._before is not None
-        return self._solver.solve(self.goal(angles), self._before, 1)
+        return reach(self._arm, self.goal(angles), self._before, 1)
 
     def goal(self, angles: FloatArray) -> ArmGoal:
         """The goal of the inverse kinematics for the person's angles [rad], (4,)."""
-        pose, (upper, fore) = self._person.pose(angles), self._arm.segments
+        (elbow, hand), (upper, fore) = self._person.pose(angles), self._arm.segments
         shoulder, _ = self._arm.place(self._arm.file.shoulder)
-        turned = self._R_root_trunk @ np.stack([pose.elbow, pose.hand, pose.hand - pose.elbow]).T
+        turned = self._R_root_trunk @ np.stack([elbow, hand, hand - elbow]).T
         ratio = self._scale * (upper + fore) / (self._person.upper + self._person.fore)
         return ArmGoal(
             elbow=shoulder + turned[:, 0] / self._person.upper * upper,

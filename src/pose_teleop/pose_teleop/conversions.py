@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
+from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA, Header
-from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -16,36 +15,20 @@ from pose_core.api import FloatArray
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_node.conversions import to_header
 from pose_teleop.arm_controller import ArmCommand
-from pose_teleop.input_monitor import Estimate, JointStates
 from pose_teleop.retargeting import NamedPoses
 from pose_teleop.robot_dynamics import TrajectoryPoints
 
 ROBOT_COLOR = (0.83, 0.85, 0.88)
 
 
-def to_joint_states(message: JointState) -> JointStates:
-    """Convert a person's joint states; missing velocities are zero."""
-    velocity = message.velocity if len(message.velocity) == len(message.name) else []
-    return JointStates(
-        stamp_ns=nanoseconds(message.header.stamp),
-        position=dict(zip(message.name, message.position, strict=False)),
-        velocity=dict(zip(message.name, velocity, strict=False)),
-    )
-
-
-def to_estimate(message: Any) -> Estimate:
-    """Convert a person's estimate."""
-    return Estimate(
-        stamp_ns=nanoseconds(message.header.stamp),
-        person=message.id,
-        position=dict(zip(message.name, message.position, strict=False)),
-        stddev=dict(zip(message.name, message.position_stddev, strict=False)),
-    )
+def by_name(message: Any, values: Sequence[float]) -> dict[str, float]:
+    """Values of a message's joints by their names; none if there is not one for each."""
+    return dict(zip(message.name, values, strict=True)) if len(values) == len(message.name) else {}
 
 
 def to_robot_position(message: JointState, joints: Sequence[str]) -> FloatArray | None:
     """A robot's joint angles [rad] in the order of ``joints``; None if one is missing or NaN."""
-    known = dict(zip(message.name, message.position, strict=False))
+    known = by_name(message, message.position)
     found = np.array([known.get(joint, np.nan) for joint in joints], float)
     return found if np.isfinite(found).all() else None
 
@@ -60,7 +43,7 @@ def to_trajectory(command: ArmCommand, joints: Sequence[str], now_ns: int) -> Jo
                 positions=motion.position.tolist(),
                 velocities=motion.velocity.tolist(),
                 accelerations=motion.acceleration.tolist(),
-                time_from_start=_duration(time_s),
+                time_from_start=Duration(nanoseconds=round(time_s * NS_PER_S)).to_msg(),
             )
             for time_s, motion in zip(command.times_s.tolist(), command.motions, strict=True)
         ],
@@ -72,7 +55,7 @@ def to_points(message: JointTrajectory, joints: Sequence[str]) -> TrajectoryPoin
     if set(message.joint_names) != set(joints) or not message.points:
         return None
     order = [list(message.joint_names).index(joint) for joint in joints]
-    times = [p.time_from_start.sec + p.time_from_start.nanosec * 1e-9 for p in message.points]
+    times = [nanoseconds(p.time_from_start) / NS_PER_S for p in message.points]
     position = np.array([p.positions for p in message.points], float)[:, order]
     velocity = np.array([p.velocities for p in message.points], float)[:, order]
     if not (np.diff(times) > 0.0).all() or not np.isfinite(position).all():
@@ -110,28 +93,16 @@ def fill_named_poses(
     return message
 
 
-def to_link_tf(
-    links: dict[str, tuple[FloatArray, FloatArray]], root: str, stamp_ns: int
-) -> TFMessage:
-    """Create transforms of a robot's links in its root frame."""
-    return TFMessage(
-        transforms=[
-            transform(root, f"{root}/{name}", position, xyzw, stamp_ns)
-            for name, (position, xyzw) in links.items()
-        ]
-    )
-
-
 def transform(
     parent: str, child: str, position: FloatArray, xyzw: FloatArray, stamp_ns: int
 ) -> TransformStamped:
     """Create a transform."""
-    pose = to_pose(position, xyzw)
-    p = pose.position
+    x, y, z = map(float, position)
+    turn = to_pose(position, xyzw).orientation
     return TransformStamped(
         header=to_header(stamp_ns, parent),
         child_frame_id=child,
-        transform=Transform(translation=Vector3(x=p.x, y=p.y, z=p.z), rotation=pose.orientation),
+        transform=Transform(translation=Vector3(x=x, y=y, z=z), rotation=turn),
     )
 
 
@@ -153,8 +124,3 @@ def to_robot_markers(meshes: Sequence[tuple[str, FloatArray, Any]], root: str) -
         marker.points = [Point(x=x, y=y, z=z) for x, y, z in corners]
         markers.append(marker)
     return MarkerArray(markers=markers)
-
-
-def _duration(seconds: float) -> Duration:
-    whole, rest = divmod(round(seconds * NS_PER_S), NS_PER_S)
-    return Duration(sec=int(whole), nanosec=int(rest))

@@ -19,25 +19,6 @@ TROUBLE_NS = 200_000_000  # [ns] duration of the fault after a jump or a decreas
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointStates:
-    """Joint angles of a person."""
-
-    stamp_ns: int  # [ns] capture, on the host's clock
-    position: Mapping[str, float]  # [rad] by name
-    velocity: Mapping[str, float]  # [rad/s]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Estimate:
-    """Standard deviations of the angles."""
-
-    stamp_ns: int
-    person: str
-    position: Mapping[str, float]  # [rad] by name; NaN: unknown
-    stddev: Mapping[str, float]  # [rad]
-
-
-@dataclass(frozen=True, kw_only=True)
 class Now:
     """The clocks at one instant."""
 
@@ -85,18 +66,27 @@ class InputMonitor:
         ):
             self._trouble(ArmFault.PERSON_CHANGED, now)
 
-    def add_joint_states(self, states: JointStates, now: Now) -> None:
-        """Add joint states of the person."""
+    def add_joint_states(
+        self, stamp_ns: int, position: Mapping[str, float], velocity: Mapping[str, float], now: Now
+    ) -> None:
+        """Add joint states of the person.
+
+        Args:
+            stamp_ns: Capture, on the host's clock [ns].
+            position: [rad] by name.
+            velocity: [rad/s]; missing ones are zero.
+            now: When they arrived.
+        """
         self.counters.add("joint_states")
-        before, before_ns, self.stamp_ns = self._angles_at, self.stamp_ns, states.stamp_ns
+        before, before_ns, self.stamp_ns = self._angles_at, self.stamp_ns, stamp_ns
         self._angles_at = now
-        if states.stamp_ns < before_ns:
+        if stamp_ns < before_ns:
             self._trouble(ArmFault.CLOCK, now)
-        if any(name not in states.position for name in self._names):
+        if any(name not in position for name in self._names):
             self._content["angles"] = ArmFault.INCOMPLETE
             return
-        angles = np.array([states.position[name] for name in self._names], float)
-        rates = np.array([states.velocity.get(name, 0.0) for name in self._names], float)
+        angles = self._arm_values(position)
+        rates = self._arm_values({**dict.fromkeys(self._names, 0.0), **velocity})
         if not (np.isfinite(angles).all() and np.isfinite(rates).all()):
             self._content["angles"] = ArmFault.NOT_FINITE
             return
@@ -106,22 +96,36 @@ class InputMonitor:
         self._content["angles"] = None
         self.angles, self.rates = angles, rates
 
-    def add_estimate(self, estimate: Estimate, now: Now) -> None:
-        """Add an estimate of the person."""
+    def add_estimate(
+        self,
+        stamp_ns: int,
+        person: str,
+        position: Mapping[str, float],
+        stddev: Mapping[str, float],
+        now: Now,
+    ) -> None:
+        """Add an estimate of the person.
+
+        Args:
+            stamp_ns: Its stamp [ns].
+            person: The person's id.
+            position: [rad] by name; NaN: unknown.
+            stddev: Standard deviations [rad].
+            now: When it arrived.
+        """
         self.counters.add("estimates")
-        self._estimate_at = now, estimate.stamp_ns
-        if self._person is not None and estimate.person != self._person:
+        self._estimate_at = now, stamp_ns
+        if self._person is not None and person != self._person:
             self._trouble(ArmFault.PERSON_CHANGED, now)
-        self._person = estimate.person
-        known = np.array([estimate.position.get(name, np.nan) for name in self._names], float)
-        stddev = np.array([estimate.stddev.get(name, np.nan) for name in self._names], float)
-        if not np.isfinite(stddev).all():
+        self._person = person
+        known, deviations = self._arm_values(position), self._arm_values(stddev)
+        if not np.isfinite(deviations).all():
             self._content["estimate"] = ArmFault.NOT_FINITE
             return
         if self.arm is not None:
             # Joint states hold an unknown angle, while its standard deviation grows.
             held = np.where(np.isfinite(known), known, self.angles)
-            self.deviation_m = self.arm.hand_deviation(held, stddev)
+            self.deviation_m = self.arm.hand_deviation(held, deviations)
         if not self.deviation_m > self._parameters.max_deviation:
             self._certain_ns = now.steady_ns
         is_uncertain = now.steady_ns - self._certain_ns > UNCERTAIN_NS
@@ -151,6 +155,10 @@ class InputMonitor:
         if now.ros_ns - min(stamps) > self._max_age_ns:
             return ArmFault.STALE
         return self._content["angles"] or self._content["estimate"]
+
+    def _arm_values(self, values: Mapping[str, float]) -> FloatArray:
+        """Those of the arm's four angles; NaN where there is none."""
+        return np.array([values.get(name, np.nan) for name in self._names], float)
 
     def _is_old(self, heard: Now, now: Now) -> bool:
         return now.steady_ns - heard.steady_ns > self._max_age_ns

@@ -31,49 +31,43 @@ class ArmGoal:
     direction: FloatArray  # (3,) unit vector along the forearm
 
 
-class InverseKinematics:
-    """Joint angles that reach a goal, near to the initial ones.
+def reach(arm: RobotArm, goal: ArmGoal, start: FloatArray, iterations: int) -> FloatArray:
+    """Joint angles [rad], (n,), that reach a goal, near to the initial ones.
 
     Args:
         arm: The robot's arm.
+        goal: The goal.
+        start: The initial angles [rad], (n,).
+        iterations: Largest number of steps.
     """
+    q = np.clip(start, arm.lower, arm.upper)
+    for _ in range(iterations):
+        step = _step(arm, goal, q)
+        step *= min(1.0, LARGEST_STEP / (np.abs(step).max() + 1e-12))
+        before, q = q, np.clip(q + step, arm.lower, arm.upper)
+        if np.abs(q - before).max() < CONVERGED:
+            break
+    return q
 
-    def __init__(self, arm: RobotArm) -> None:
-        self._arm = arm
-        self._axis = np.array(arm.file.tool_axis)
 
-    def solve(self, goal: ArmGoal, start: FloatArray, iterations: int) -> FloatArray:
-        """The angles [rad], (n,), after at most ``iterations`` steps from ``start`` [rad], (n,)."""
-        lower, upper = self._arm.lower, self._arm.upper
-        q = np.clip(start, lower, upper)
-        for _ in range(iterations):
-            step = self._step(goal, q)
-            largest = np.abs(step).max()
-            moved = np.clip(q + step * min(1.0, LARGEST_STEP / (largest + 1e-12)), lower, upper)
-            done = np.abs(moved - q).max() < CONVERGED
-            q = moved
-            if done:
-                break
-        return q
-
-    def _step(self, goal: ArmGoal, q: FloatArray) -> FloatArray:
-        arm, frames = self._arm, self._arm.file
-        arm.update(q)
-        tool, R = arm.place(frames.tool)
-        elbow, _ = arm.place(frames.elbow)
-        axis = R @ self._axis
-        J_tool, J_elbow = arm.jacobian(frames.tool), arm.jacobian(frames.elbow)
-        errors = np.concatenate(
-            [
-                goal.tool - tool,
-                ELBOW_WEIGHT * (goal.elbow - elbow),
-                DIRECTION_WEIGHT * _cross(axis, goal.direction),  # rotation that aligns them
-            ]
-        )
-        J = np.vstack([J_tool[:3], ELBOW_WEIGHT * J_elbow[:3], DIRECTION_WEIGHT * J_tool[3:]])
-        H = J.T @ J + (REST_WEIGHT**2 + DAMPING**2) * np.eye(len(q))
-        gradient = J.T @ errors + REST_WEIGHT**2 * (arm.rest - q)
-        return np.asarray(np.linalg.solve(H, gradient))
+def _step(arm: RobotArm, goal: ArmGoal, q: FloatArray) -> FloatArray:
+    frames = arm.file
+    arm.update(q)
+    tool, R = arm.place(frames.tool)
+    elbow, _ = arm.place(frames.elbow)
+    axis = R @ np.array(frames.tool_axis)
+    J_tool, J_elbow = arm.jacobian(frames.tool), arm.jacobian(frames.elbow)
+    errors = np.concatenate(
+        [
+            goal.tool - tool,
+            ELBOW_WEIGHT * (goal.elbow - elbow),
+            DIRECTION_WEIGHT * _cross(axis, goal.direction),  # rotation that aligns them
+        ]
+    )
+    J = np.vstack([J_tool[:3], ELBOW_WEIGHT * J_elbow[:3], DIRECTION_WEIGHT * J_tool[3:]])
+    H = J.T @ J + (REST_WEIGHT**2 + DAMPING**2) * np.eye(len(q))
+    gradient = J.T @ errors + REST_WEIGHT**2 * (arm.rest - q)
+    return np.asarray(np.linalg.solve(H, gradient))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

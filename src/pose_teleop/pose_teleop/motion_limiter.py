@@ -61,9 +61,7 @@ class MotionLimiter:
         self._to_stop = self._input(ruckig, count)
         self._to_stop.control_interface = ruckig.ControlInterface.Velocity
         self._to_stop.target_velocity = [0.0] * count
-        self.motion = MotionState(
-            position=np.zeros(count), velocity=np.zeros(count), acceleration=np.zeros(count)
-        )
+        self.reset(np.zeros(count))
 
     def reset(self, position: FloatArray) -> None:
         """Start at rest at a position [rad], (n,), clipped to the limits."""

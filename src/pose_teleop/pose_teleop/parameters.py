@@ -103,10 +103,7 @@ class ArmParameters:
         limits=(0.0, 100000.0),
     )
     position_margin: float = parameter(
-        0.02,
-        doc="distance of commands from the position limits",
-        unit="rad",
-        limits=(0.0, 0.5),
+        0.02, doc="distance of commands from the position limits", unit="rad", limits=(0.0, 0.5)
     )
     max_lag: float = parameter(
         0.5,

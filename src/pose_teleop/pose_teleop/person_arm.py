@@ -1,6 +1,5 @@
 """Forward kinematics of the person's arm: elbow and hand relative to the shoulder."""
 
-from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
@@ -29,14 +28,6 @@ def bone_lengths(urdf: str) -> FloatArray:
         return np.linalg.norm(np.array(origins, float).reshape(-1, 3), axis=1)
     except (ElementTree.ParseError, ValueError) as error:
         raise InputError(f"the person's urdf is not a URDF: {error}") from error
-
-
-@dataclass(frozen=True, kw_only=True)
-class ArmPose:
-    """Positions relative to the shoulder in the trunk's axes (x forward, y left, z up), [m]."""
-
-    elbow: FloatArray  # (3,)
-    hand: FloatArray  # (3,)
 
 
 class PersonArm:
@@ -71,23 +62,26 @@ class PersonArm:
         self._columns = [self._model.joints[joint].idx_q for joint in joints]
         self._shoulder, self._elbow = joints[0], joints[3]
         self._hand = self._model.getFrameId(hands[0], pin.FrameType.BODY)
-        straight = self.pose(np.zeros(4))
-        self.upper = float(np.linalg.norm(straight.elbow))
-        self.fore = float(np.linalg.norm(straight.hand - straight.elbow))
+        elbow, hand = self.pose(np.zeros(4))
+        self.upper = float(np.linalg.norm(elbow))
+        self.fore = float(np.linalg.norm(hand - elbow))
         if not (self.upper > 0.0 and self.fore > 0.0):
             raise InputError("the person's urdf has an arm without length")
 
-    def pose(self, angles: FloatArray) -> ArmPose:
-        """Positions of elbow and hand at angles [rad], (4,)."""
+    def pose(self, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions of elbow and hand [m], (3,), at angles [rad], (4,).
+
+        They are relative to the shoulder, in the trunk's axes (x forward, y left, z up).
+        """
         data = self._data
         # All other joints are zero, so that the trunk's axes are the root's.
-        self._pin.computeJointJacobians(self._model, data, self._posture(angles))
+        posture = np.zeros(self._model.nq)
+        posture[self._columns] = angles
+        self._pin.computeJointJacobians(self._model, data, posture)
         self._pin.updateFramePlacements(self._model, data)
         shoulder = data.oMi[self._shoulder].translation
-        return ArmPose(
-            elbow=data.oMi[self._elbow].translation - shoulder,
-            hand=data.oMf[self._hand].translation - shoulder,
-        )
+        elbow, hand = data.oMi[self._elbow].translation, data.oMf[self._hand].translation
+        return elbow - shoulder, hand - shoulder
 
     def hand_deviation(self, angles: FloatArray, deviations: FloatArray) -> float:
         """Standard deviation of the hand's position [m] from those of the angles [rad], (4,).
@@ -100,8 +94,3 @@ class PersonArm:
         )[:3, self._columns]
         variances = (J * deviations) ** 2  # the angles' errors are assumed to be independent
         return float(np.sqrt(variances.sum()))
-
-    def _posture(self, angles: FloatArray) -> FloatArray:
-        posture = np.zeros(self._model.nq)
-        posture[self._columns] = angles
-        return posture

@@ -4,60 +4,44 @@ SMPL has joints that are not measured: they are interpolated on the straight lin
 ones, have the orientation of their segment, and are marked as not valid where they are assumed.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
-from pose_core.joints import SIDES
-from pose_teleop.frame_tree import BodyPlaces
 
 TOE = 0.13  # [m] from the ankle to the ball of the foot, forward
 HAND = 0.08  # [m] from the wrist to the hand, along the forearm
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class _Rule:
     """Rule of one joint: between two frames, or ahead of one; with a link's orientation."""
 
-    name: str
     start: str
-    end: str
-    share: float = 0.0  # fraction of the distance from start to end
     turned_as: str
+    end: str = ""  # empty: start
+    share: float = 0.0  # fraction of the distance from start to end
     ahead: tuple[float, float, float] = (0.0, 0.0, 0.0)  # [m] in the link's axes
     is_guess: bool = False
 
 
-def _rules() -> tuple[_Rule, ...]:
-    """The rules of all 24 joints, in SMPL's order."""
-    found: dict[str, _Rule] = {}
-
-    def add(name: str, start: str, turned_as: str, **more: object) -> None:
-        end = str(more.pop("end", start))
-        found[name] = _Rule(name=name, start=start, end=end, turned_as=turned_as, **more)  # type: ignore[arg-type]
-
-    add("pelvis", "body", "body")
-    add("spine1", "body", "body", end="trunk", share=0.5, is_guess=True)
-    add("spine2", "trunk", "trunk")
-    add("spine3", "trunk", "trunk", end="head", share=0.5, is_guess=True)
-    add("neck", "head", "trunk")
-    add("head", "head", "head", end="head_joint", share=0.5)
-    for side in SIDES:
-        add(f"{side}_hip", f"{side}_thigh", f"{side}_thigh")
-        add(f"{side}_knee", f"{side}_shank", f"{side}_shank")
-        add(f"{side}_ankle", f"{side}_foot_joint", f"{side}_shank")
-        toe = {"ahead": (TOE, 0.0, 0.0), "is_guess": True}
-        add(f"{side}_foot", f"{side}_foot_joint", f"{side}_shank", **toe)
-        arm = f"{side}_upper_arm"
-        add(f"{side}_collar", "head", "trunk", end=arm, share=0.35, is_guess=True)
-        add(f"{side}_shoulder", arm, arm)
-        add(f"{side}_elbow", f"{side}_forearm", f"{side}_forearm")
-        add(f"{side}_wrist", f"{side}_hand_joint", f"{side}_forearm")
-        hand = {"ahead": (0.0, 0.0, -HAND), "is_guess": True}
-        add(f"{side}_hand", f"{side}_hand_joint", f"{side}_forearm", **hand)
-    return tuple(found[name] for name in SMPL)
+def _limb_rules(side: str) -> dict[str, _Rule]:
+    thigh, shank, ankle = f"{side}_thigh", f"{side}_shank", f"{side}_foot_joint"
+    arm, forearm, wrist = f"{side}_upper_arm", f"{side}_forearm", f"{side}_hand_joint"
+    return {
+        f"{side}_hip": _Rule(thigh, thigh),
+        f"{side}_knee": _Rule(shank, shank),
+        f"{side}_ankle": _Rule(ankle, shank),
+        f"{side}_foot": _Rule(ankle, shank, ahead=(TOE, 0.0, 0.0), is_guess=True),
+        f"{side}_collar": _Rule("head", "trunk", arm, share=0.35, is_guess=True),
+        f"{side}_shoulder": _Rule(arm, arm),
+        f"{side}_elbow": _Rule(forearm, forearm),
+        f"{side}_wrist": _Rule(wrist, forearm),
+        f"{side}_hand": _Rule(wrist, forearm, ahead=(0.0, 0.0, -HAND), is_guess=True),
+    }
 
 
 SMPL = (
@@ -67,7 +51,17 @@ SMPL = (
     *("left_elbow", "right_elbow", "left_wrist", "right_wrist", "left_hand", "right_hand"),
 )
 """SMPL's 24 joints, in its order."""
-RULES = _rules()
+_RULES_BY_NAME = {
+    "pelvis": _Rule("body", "body"),
+    "spine1": _Rule("body", "body", "trunk", share=0.5, is_guess=True),
+    "spine2": _Rule("trunk", "trunk"),
+    "spine3": _Rule("trunk", "trunk", "head", share=0.5, is_guess=True),
+    "neck": _Rule("head", "trunk"),
+    "head": _Rule("head", "head", "head_joint", share=0.5),
+    **_limb_rules("left"),
+    **_limb_rules("right"),
+}
+RULES = tuple(_RULES_BY_NAME[name] for name in SMPL)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,19 +73,33 @@ class NamedPoses:
     is_valid: tuple[bool, ...]
 
 
-def smpl_poses(places: BodyPlaces) -> NamedPoses | None:
-    """Compute the 24 joints from a person's frames; None if a frame is missing."""
-    # A body without a waist has no trunk frame.
-    index = {"trunk": places.index.get("body", 0), **places.index}
-    wanted = {n for rule in RULES for n in (rule.start, rule.end, rule.turned_as)}
+def smpl_poses(
+    names: Sequence[str], position: FloatArray, xyzw: FloatArray, subject: str, in_body: bool
+) -> NamedPoses | None:
+    """Compute the 24 joints from a person's frames; None if a frame is missing.
+
+    Args:
+        names: Names of n frames, the body's first.
+        position: [m] (n, 3): the body in map, all others in the body.
+        xyzw: Quaternions (n, 4) in the same frames.
+        subject: The person's id, with which all names end.
+        in_body: Whether the result is in the person's own frame; otherwise in map.
+    """
+    index = {name.removesuffix(f"_{subject}"): row for row, name in enumerate(names)}
+    index.setdefault("trunk", 0)  # a body without a waist has no trunk frame
+    wanted = {n for rule in RULES for n in (rule.start, rule.end or rule.start, rule.turned_as)}
     if wanted - index.keys():
         return None
-    starts = places.position[[index[rule.start] for rule in RULES]]
-    ends = places.position[[index[rule.end] for rule in RULES]]
-    turned: Rotation = places.rotation[[index[rule.turned_as] for rule in RULES]]
+    rotation = Rotation.from_quat(xyzw)
+    body, origin = (Rotation.identity(), np.zeros(3)) if in_body else (rotation[0], position[0])
+    places = np.vstack([origin, body.apply(position[1:]) + origin])
+    turns = Rotation.concatenate([body, body * rotation[1:]])
+    starts = places[[index[rule.start] for rule in RULES]]
+    ends = places[[index[rule.end or rule.start] for rule in RULES]]
+    turned: Rotation = turns[[index[rule.turned_as] for rule in RULES]]
     share = np.array([[rule.share] for rule in RULES])
     ahead = turned.apply(np.array([rule.ahead for rule in RULES]))
-    position = starts + share * (ends - starts) + ahead
-    finite = np.isfinite(position).all(axis=1)
+    joints = starts + share * (ends - starts) + ahead
+    finite = np.isfinite(joints).all(axis=1)
     valid = (bool(ok and not rule.is_guess) for rule, ok in zip(RULES, finite, strict=True))
-    return NamedPoses(position=position, xyzw=turned.as_quat(), is_valid=tuple(valid))
+    return NamedPoses(position=joints, xyzw=turned.as_quat(), is_valid=tuple(valid))

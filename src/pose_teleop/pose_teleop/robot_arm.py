@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
@@ -110,10 +111,8 @@ class RobotArm:
 
     def mount_quaternion(self, yaw: float) -> FloatArray:
         """Orientation of the robot's root in map at a heading [rad]: quaternion x, y, z, w."""
-        pin = self._pin
-        R = pin.rpy.rpyToMatrix(0.0, 0.0, yaw) @ pin.rpy.rpyToMatrix(*self.file.mount)
-        found = pin.Quaternion(R).coeffs()
-        return np.asarray(found)
+        turned = Rotation.from_euler("z", yaw) * Rotation.from_euler("xyz", self.file.mount)
+        return np.asarray(turned.as_quat())
 
     def links(self, q: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Position [m] and quaternion (x, y, z, w) of every link in the root, at angles (n,)."""

@@ -47,7 +47,7 @@ class RobotFile:
 
 def shipped_robots() -> tuple[str, ...]:
     """The names of the bundled robots."""
-    names = (Path(str(entry)).name for entry in _FOLDER.iterdir())
+    names = (entry.name for entry in _FOLDER.iterdir())
     return tuple(sorted(name.removesuffix(".yaml") for name in names if name.endswith(".yaml")))
 
 

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinect_bridge.replay import Replay, make_schedule
+from kinect_bridge.replay import Replay
 from pose_core.errors import InputError
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.recording import make_recording, make_stream
@@ -14,10 +14,10 @@ START = 1_763_697_600_000_000_000  # [ns]
 MS = 1_000_000  # [ns]
 
 
-def schedule(sensor="left", recording=None, **options):
+def replayed(sensor="left", recording=None, **options):
     recording = recording or read_recording(CSV)
     timelines = [make_timeline(stream) for stream in recording.streams]
-    return make_schedule(recording, timelines, sensor, start_at_ns=START, **options)
+    return Replay(recording, timelines, sensor, start_at_ns=START, **options)
 
 
 def stamps(plan, count):
@@ -25,7 +25,7 @@ def stamps(plan, count):
 
 
 def test_stamps_keep_the_recording_s_timing_between_sensors():
-    left, right = schedule("left"), schedule("right")
+    left, right = replayed("left"), replayed("right")
 
     assert left.due_ns(0) == START
     assert right.due_ns(0) == pytest.approx(START + 40 * MS, abs=1000)
@@ -33,21 +33,21 @@ def test_stamps_keep_the_recording_s_timing_between_sensors():
 
 
 def test_a_higher_rate_shortens_all_spacing():
-    plain, fast = schedule(rate=1.0), schedule(rate=20.0)
+    plain, fast = replayed(rate=1.0), replayed(rate=20.0)
 
     for i in range(6):
         assert (fast.due_ns(i) - START) * 20 == pytest.approx(plain.due_ns(i) - START, abs=20)
 
 
 def test_a_replay_ends_after_the_last_frame():
-    plan = schedule()
+    plan = replayed()
 
     assert plan.due_ns(5) is not None
     assert plan.due_ns(6) is None
 
 
 def test_both_sensors_loop_with_one_period():
-    left, right = schedule("left", loop=True), schedule("right", loop=True)
+    left, right = replayed("left", loop=True), replayed("right", loop=True)
 
     periods = {plan.due_ns(k + 6) - plan.due_ns(k) for plan in (left, right) for k in range(20)}
 
@@ -58,7 +58,7 @@ def test_both_sensors_loop_with_one_period():
 
 @pytest.mark.parametrize("rate", [0.5, 1.0, 20.0, 1000.0])
 def test_looping_stamps_keep_increasing(rate):
-    assert (np.diff(stamps(schedule(loop=True, rate=rate), 100)) > 0).all()
+    assert (np.diff(stamps(replayed(loop=True, rate=rate), 100)) > 0).all()
 
 
 def test_time_zero_of_the_recording_is_due_at_the_start():
@@ -67,11 +67,11 @@ def test_time_zero_of_the_recording_is_due_at_the_start():
         "x", "csv", recording.streams, time_zero_ns=recording.time_zero_ns - 70 * MS
     )
 
-    assert schedule(recording=later).due_ns(0) == START + 70 * MS
+    assert replayed(recording=later).due_ns(0) == START + 70 * MS
 
 
 def test_no_frame_is_taken_before_it_is_due():
-    replay = Replay(schedule())
+    replay = replayed()
 
     assert replay.take(START - 1) is None
     assert replay.wait_ns(START - 5 * MS) >= 5 * MS
@@ -79,11 +79,11 @@ def test_no_frame_is_taken_before_it_is_due():
 
 
 def test_a_long_wait_is_limited_so_that_clock_steps_are_detected():
-    assert Replay(schedule()).wait_ns(START - 3_600_000 * MS) == 1_000 * MS
+    assert replayed().wait_ns(START - 3_600_000 * MS) == 1_000 * MS
 
 
 def test_each_frame_is_taken_once_and_in_order():
-    replay = Replay(schedule())
+    replay = replayed()
     now, frames = START, []
 
     while not replay.finished:
@@ -98,21 +98,20 @@ def test_each_frame_is_taken_once_and_in_order():
 
 
 def test_a_late_replay_loses_no_frame_and_causes_no_burst():
-    plan = schedule()
-    replay = Replay(plan)
+    replay = replayed()
     now, taken = START + 10_000 * MS, []
 
     while not replay.finished:
         taken.append((now, replay.take(now)))
         now += replay.wait_ns(now) or 0
 
-    assert [stamp_ns for _, (_, stamp_ns) in taken] == stamps(plan, 6)
+    assert [stamp_ns for _, (_, stamp_ns) in taken] == stamps(replay, 6)
     spacing = np.diff([moment for moment, _ in taken])
     assert (spacing > 24 * MS).all()  # a quarter of the 100 ms between frames
 
 
 def test_progress_goes_from_zero_to_one():
-    replay = Replay(schedule())
+    replay = replayed()
     seen = [replay.progress]
     for i in range(6):
         replay.take(START + i * 1_000 * MS)
@@ -122,7 +121,7 @@ def test_progress_goes_from_zero_to_one():
 
 
 def test_progress_begins_anew_in_every_round():
-    replay = Replay(schedule(loop=True))
+    replay = replayed(loop=True)
 
     replay.played = 6
     assert replay.progress == 1.0
@@ -139,11 +138,11 @@ def test_one_frame_alone_can_loop():
         positions=np.zeros((1, 15, 3)),
         tracking_state=np.zeros((1, 15), dtype=np.uint8),
     )
-    plan = schedule(recording=make_recording("x", "csv", [stream]), loop=True)
+    plan = replayed(recording=make_recording("x", "csv", [stream]), loop=True)
 
     assert (np.diff(stamps(plan, 5)) > 0).all()
 
 
 def test_a_sensor_that_is_not_there_is_refused():
     with pytest.raises(InputError, match="sensor '2' was asked for"):
-        schedule("2")
+        replayed("2")

@@ -43,6 +43,10 @@ def frame(seq: int = 1, joints=None, **values) -> dict:
     return {"v": 1, "seq": seq, "time_ns": 1_000 * MS + seq * 33 * MS, "people": [person], **values}
 
 
+def port_of(source: UdpSource) -> int:
+    return int(source.hardware_id.rpartition(":")[2])
+
+
 def hear(source: UdpSource, datagram, sender=SENDER, encode=json.dumps):
     data = datagram if isinstance(datagram, bytes) else encode(datagram)
     source.hear(data.encode() if isinstance(data, str) else data, sender)
@@ -188,7 +192,7 @@ def test_addresses_that_are_none_are_refused(udp):
 
 
 def test_a_port_in_use_is_reported(udp):
-    port = udp().port
+    port = port_of(udp())
     with pytest.raises(InputError, match=f"cannot listen on 127.0.0.1 port {port}"):
         udp(udp_port=port)
 
@@ -204,7 +208,7 @@ def test_a_real_socket_wakes_the_node(udp):
     source, woken = udp(), []
     source.start(time.time_ns, lambda: woken.append(1))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.sendto(json.dumps(frame()).encode(), ("127.0.0.1", source.port))
+        sender.sendto(json.dumps(frame()).encode(), ("127.0.0.1", port_of(source)))
         wait_for(lambda: woken)
 
     assert source.take().person == ("anna",)
@@ -215,7 +219,7 @@ def test_the_example_sender_streams_a_recording(udp):
     source, frames = udp(), []
     source.start(time.time_ns, lambda: frames.append(source.take()))
     example = ROOT / "examples" / "udp_sender.py"
-    command = [sys.executable, example, CSV, "--sensor", "right", "--port", str(source.port)]
+    command = [sys.executable, example, CSV, "--sensor", "right", "--port", str(port_of(source))]
 
     subprocess.run([*command, "--rate", "20"], check=True, timeout=PATIENCE_S)
     wait_for(lambda: len(frames) == 6)

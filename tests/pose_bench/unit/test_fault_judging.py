@@ -6,8 +6,7 @@ import pytest
 from pose_bench.faults.fault import Fault
 from pose_bench.faults.judging import _said
 from pose_core.stamps import NS_PER_S
-from pose_node.level import Level
-from pose_node.node_status import NodeStatus
+from pose_node.node_status import Level, NodeStatus
 
 FAULT = Fault(name="right: silent", said=("right",))
 

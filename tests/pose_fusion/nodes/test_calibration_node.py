@@ -20,7 +20,7 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.joints import JOINTS
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.transforms import inverse
-from pose_fusion.nodes.calibration import CalibrationNode, keep
+from pose_fusion.nodes.calibration import CalibrationNode
 from pose_io.static_transforms import transforms_to_map
 from pose_node.kept import kept_file
 
@@ -172,7 +172,7 @@ def test_a_restarted_calibration_keeps_a_final_result_and_improves_another(
 ):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     body = measure_body(samples(duration_s=2.0)) if is_final else None
-    keep(kept_file("/calibration", "r1"), replace(extrinsics_from_map(POSES), body=body))
+    save_extrinsics(kept_file("/calibration", "r1"), replace(extrinsics_from_map(POSES), body=body))
     calibration = graph.start(run="r1").calibration
     assert calibration.is_finished == is_final
     np.testing.assert_allclose(calibration.extrinsics.T_map_sensor("right"), RIGHT, atol=1e-5)

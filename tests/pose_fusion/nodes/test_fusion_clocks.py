@@ -11,7 +11,7 @@ from tf2_msgs.msg import TFMessage
 from pose_core.streams.clocks import IMUS, Clock
 from pose_fusion.conversions import to_clock_messages, to_static_tf
 from pose_fusion.nodes.fusion import FusionNode
-from pose_node.level import Level
+from pose_node.node_status import Level
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

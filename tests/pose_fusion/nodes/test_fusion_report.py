@@ -15,7 +15,7 @@ from pose_core.streams.stamp_judge import StampJudge
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.sample_reader import COUNTS, SampleReader
 from pose_fusion.watching.cameras import UNDECIDED
-from pose_node.level import Level
+from pose_node.node_status import Level
 
 DURATION_S = 12.0
 ANGULAR_VELOCITY = "the angular velocity of the IMU on left_thigh"

@@ -14,7 +14,7 @@ from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_fusion.conversions import to_static_tf
 from pose_fusion.nodes.listener import GraphListener
 from pose_node.conversions import ns_to_stamp
-from pose_node.level import Level
+from pose_node.node_status import Level
 from pose_node.nodes.qos import latched
 
 

@@ -13,10 +13,9 @@ from tf2_msgs.msg import TFMessage
 
 from pose_core.errors import InputError, ParameterError
 from pose_core.stamps import nanoseconds
-from pose_fusion.nodes.other_publishers import warn_of_others
-from pose_fusion.nodes.player import Player, overrides_from_arguments
+from pose_fusion.nodes.player import Player, overrides_from_arguments, warn_of_others
 from pose_io.bag_writer import BagWriter
-from pose_node.level import Level
+from pose_node.node_status import Level
 
 LATCHED = QoSProfile(
     depth=10,
@@ -148,7 +147,7 @@ def test_transforms_and_diagnostics_of_others_are_no_reason_to_warn(ros_context,
         other.create_publisher(kind, topic, 10)
     spin_until(lambda: all(node.count_publishers(topic) == 2 for _, topic in shared))
 
-    assert warn_of_others(node, publishers, "stop them") == ""
+    assert warn_of_others(node, publishers) == ""
 
 
 @pytest.mark.parametrize(

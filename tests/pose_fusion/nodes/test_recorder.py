@@ -95,7 +95,7 @@ def test_a_topic_created_later_is_recorded(ros_context, spin_until, record, tmp_
     spin_until(lambda: publisher.get_subscription_count() == 1, what="the recorder")
 
     publisher.publish(String(data="here"))
-    spin_until(lambda: recorder._recording.counts.get("/late") == 1, what="the message")
+    spin_until(lambda: recorder._recording.bag.counts.get("/late") == 1, what="the message")
     record.finish(recorder)
 
     with open_bag(tmp_path / "bag") as bag:
@@ -185,7 +185,7 @@ def test_a_recording_without_a_name_goes_into_a_dated_folder(record, tmp_path, m
 
     recorder = record(output="")
 
-    assert re.fullmatch(r"out/record-\d{8}-\d{6}", str(recorder._recording.path))
+    assert re.fullmatch(r"out/record-\d{8}-\d{6}", str(recorder._recording.bag.path))
     record.finish(recorder)
 
 
@@ -215,7 +215,7 @@ def test_a_restarted_recorder_writes_a_new_bag_beside_the_old_one(record, tmp_pa
 
     recorder = record()
 
-    assert recorder._recording.path == tmp_path / "bag-2"
+    assert recorder._recording.bag.path == tmp_path / "bag-2"
     record.finish(recorder)
 
 
@@ -224,7 +224,7 @@ def test_a_waiting_recorder_that_was_killed_while_it_recorded_goes_on(record, tm
     (tmp_path / "bag" / "bag.mcap").touch()
 
     recorder = record(start_paused=True)
-    assert recorder._recording.path == tmp_path / "bag-2"
+    assert recorder._recording.bag.path == tmp_path / "bag-2"
     record.finish(recorder)
 
     (tmp_path / "bag" / "metadata.yaml").touch()

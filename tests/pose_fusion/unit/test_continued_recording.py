@@ -114,7 +114,7 @@ def test_recorders_that_begin_at_the_same_moment_have_bags_of_their_own(
     free = iter([tmp_path / "bag", tmp_path / "bag", tmp_path / "bag-2"])
     monkeypatch.setattr(continued, "free_path", lambda _first: next(free))
 
-    assert [start().path.name, start().path.name] == ["bag", "bag-2"]
+    assert [start().bag.path.name, start().bag.path.name] == ["bag", "bag-2"]
 
 
 def test_recording_resumes_in_a_new_bag_once_the_disk_has_space(
@@ -155,7 +155,7 @@ def test_a_deleted_folder_is_created_again(start, clock, tmp_path):
     row.write("/count", text("b"), 2)
     row.close()
 
-    assert read(row.path) == ["b"]
+    assert read(row.bag.path) == ["b"]
 
 
 def test_a_next_bag_that_cannot_be_made_is_tried_again_and_no_message_counted_twice(

@@ -13,8 +13,7 @@ from pose_fusion.launched_graph import GraphError, LaunchedGraph
 from pose_fusion.tools import demo, demo_start
 from pose_fusion.tools.demo_progress import describe
 from pose_node.child_process import executable, run_to_end, start, stop
-from pose_node.level import Level
-from pose_node.node_status import NodeStatus
+from pose_node.node_status import Level, NodeStatus
 
 
 def options(**given):

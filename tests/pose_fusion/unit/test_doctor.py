@@ -119,9 +119,9 @@ def run(monkeypatch, capsys):
     return run
 
 
-FINE = Finding(area="machine", subject="cores", verdict=Verdict.OK, found="4")
-ODD = Finding(area="machine", subject="ports", verdict=Verdict.NOTE, found="none", remedy="plug in")
-BAD = Finding(area="machine", subject="disk", verdict=Verdict.WRONG, found="full", remedy="tidy up")
+FINE = Finding(subject="cores", verdict=Verdict.OK, found="4")
+ODD = Finding(subject="ports", verdict=Verdict.NOTE, found="none", remedy="plug in")
+BAD = Finding(subject="disk", verdict=Verdict.WRONG, found="full", remedy="tidy up")
 
 
 def test_doctor_exits_with_1_only_after_an_error(run):

@@ -2,17 +2,21 @@
 
 from xml.etree import ElementTree
 
-from pose_fusion.nodes.policy import NodeUse, policy_xml
+from pose_fusion.nodes.policy import policy_xml
 
 
 def test_each_node_is_permitted_exactly_its_topics_and_services():
     nodes = {
-        ("/", "fusion"): NodeUse(
-            publishes=["/tf", "/humans/bodies/subject/joint_states"],
-            subscribes=["/kinect_left/skeletons"],
-            replies=["/fusion/set_parameters"],
-        ),
-        ("/lab", "viewer"): NodeUse(subscribes=["/lab/a", "/tf"], requests=["/lab/r/start"]),
+        ("/", "fusion"): {
+            ("topic", "publish"): ["/tf", "/humans/bodies/subject/joint_states"],
+            ("topic", "subscribe"): ["/kinect_left/skeletons"],
+            ("service", "reply"): ["/fusion/set_parameters"],
+            ("service", "request"): [],
+        },
+        ("/lab", "viewer"): {
+            ("topic", "subscribe"): ["/lab/a", "/tf"],
+            ("service", "request"): ["/lab/r/start"],
+        },
     }
 
     policy = ElementTree.fromstring(policy_xml(nodes, "/pose").split("\n", 1)[1])
@@ -35,6 +39,6 @@ def test_each_node_is_permitted_exactly_its_topics_and_services():
 
 
 def test_names_are_escaped_in_xml():
-    text = policy_xml({("/", 'a"<b>'): NodeUse(publishes=["/<x>&"])}, "/pose")
+    text = policy_xml({("/", 'a"<b>'): {("topic", "publish"): ["/<x>&"]}}, "/pose")
 
     assert ElementTree.fromstring(text.split("\n", 1)[1]).find(".//topic").text == "<x>&"

@@ -16,8 +16,7 @@ from pose_fusion.watching.observation import (
     TrackingWatch,
 )
 from pose_fusion.watching.terminal import page
-from pose_node.level import Level
-from pose_node.node_status import NodeStatus
+from pose_node.node_status import Level, NodeStatus
 
 S = 1_000_000_000
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from pose_core.errors import InputError
 from pose_launch.errors import LaunchError
 from pose_launch.evaluation import LaunchEvaluation
 from pose_launch.locating import find_launch_file
@@ -65,14 +66,13 @@ def test_a_node_gets_what_ros2_launch_passes(evaluate, package, tmp_path):
 
     command = process.full_command(tmp_path)
 
-    values_file = command[-3]
+    values_file = command[-1]
     assert command == [
         f"{package}/lib/demo_pkg/talk",
         "--ros-args",
-        *("-r", "__node:=talker", "-r", "__ns:=/kinect_left"),
+        *("-r", "__node:=talker", "-r", "__ns:=/kinect_left", "-r", "chatter:=skeletons"),
         *("--params-file", f"{package}/share/demo_pkg/config/p.yaml"),
         *("--params-file", values_file),
-        *("-r", "chatter:=skeletons"),
     ]
     assert yaml.safe_load(Path(values_file).read_text()) == {
         "/kinect_left/talker": {"ros__parameters": {"rate": 2.5}}
@@ -266,6 +266,7 @@ def test_arguments_can_be_shown_without_running_anything(evaluate, tmp_path):
         ("nodes: []", "not a ROS 2 YAML launch file"),
         ("launch: [", ":1: not valid YAML|:2: not valid YAML"),
         ("launch:\n- let: {name: a, name: b, value: c}", "'name' occurs twice"),
+        ("launch:\n- node: {pkg: demo_pkg, exec: $(var x)}", ":2: .*nothing of that name is set"),
     ],
 )
 def test_a_bad_file_is_refused_in_one_line(evaluate, text, complaint):
@@ -277,7 +278,7 @@ def test_a_bad_file_is_refused_in_one_line(evaluate, text, complaint):
 
 
 def test_an_undeclared_argument_is_refused(evaluate):
-    with pytest.raises(LaunchError, match="no argument 'rte': there are rate"):
+    with pytest.raises(InputError, match="no argument 'rte': there are rate"):
         evaluate(TALKER, rte="1.0")
 
 
@@ -290,7 +291,7 @@ def test_a_launch_file_is_found_by_its_bare_name(package):
 
 
 def test_a_missing_launch_file_is_named(package):
-    with pytest.raises(LaunchError, match="found no launch file 'nothing'"):
+    with pytest.raises(InputError, match="found no launch file 'nothing'"):
         find_launch_file("nothing")
 
 
@@ -306,7 +307,7 @@ def test_an_argument_that_an_include_decides_cannot_be_given(evaluate, package):
         """
 
     assert [argument.name for argument in evaluate(text).arguments] == ["rate"]
-    with pytest.raises(LaunchError, match="no argument 'side': there are rate"):
+    with pytest.raises(InputError, match="no argument 'side': there are rate"):
         evaluate(text, side="right")
 
 
@@ -324,5 +325,5 @@ def test_a_required_argument_has_to_be_passed_by_the_include(evaluate, package):
 
 
 def test_a_file_that_includes_itself_is_refused(evaluate, tmp_path):
-    with pytest.raises(LaunchError, match="includes itself"):
+    with pytest.raises(InputError, match="includes itself"):
         evaluate(f"launch:\n- include: {{file: {tmp_path}/x.launch.yaml}}\n")

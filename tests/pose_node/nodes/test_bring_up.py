@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import pytest
 from rclpy.parameter import Parameter
 
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.bring_up import BringUp
-from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 
 

@@ -69,7 +69,7 @@ def test_a_double_may_be_set_to_an_integer_and_stays_a_double(ros_context):
     node = ros_context.add(Node("setting"))
     declare_parameters(node, Parameters, changeable=("rate",))
     heard = []
-    accept_changes(node, Parameters, {"rate": heard.append})
+    accept_changes(node, Parameters, lambda values: heard.append(values["rate"]))
 
     (result,) = node.set_parameters([Parameter("rate", value=60)])
 
@@ -82,7 +82,7 @@ def test_a_changed_parameter_is_validated_before_its_handler(ros_context):
     node = ros_context.add(Node("changing"))
     declare_parameters(node, Parameters, changeable=("rate",))
     heard = []
-    accept_changes(node, Parameters, {"rate": heard.append})
+    accept_changes(node, Parameters, lambda values: heard.append(values["rate"]))
 
     (good,) = node.set_parameters([Parameter("rate", value=60.0)])
     (bad,) = node.set_parameters([Parameter("rate", value=600.0)])

@@ -11,8 +11,7 @@ from std_msgs.msg import String
 
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import parameter
-from pose_node.level import Level
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Level, Report
 from pose_node.nodes.managed import ManagedNode
 
 

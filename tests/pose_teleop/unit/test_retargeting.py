@@ -6,14 +6,12 @@ from sent_frames import sent_frames
 
 from pose_core.joints import JOINT_INDEX
 from pose_io.recordings.joint_map_files import find_joint_map
-from pose_teleop.frame_tree import body_places
 from pose_teleop.retargeting import SMPL, smpl_poses
 
 
 def poses_of(in_body=False, **options):
     names, position, xyzw, joints = sent_frames(**options)
-    places = body_places(names, position, xyzw, "subject", in_body)
-    return smpl_poses(places), joints
+    return smpl_poses(names, position, xyzw, "subject", in_body), joints
 
 
 def test_the_order_is_that_of_the_map_that_the_bridge_reads():
@@ -57,6 +55,5 @@ def test_joints_that_are_not_measured_are_marked_as_not_valid():
 
 def test_without_a_frame_there_is_no_pose():
     names, position, xyzw, _ = sent_frames()
-    places = body_places(names[:-1], position[:-1], xyzw[:-1], "subject", False)
 
-    assert smpl_poses(places) is None
+    assert smpl_poses(names[:-1], position[:-1], xyzw[:-1], "subject", False) is None

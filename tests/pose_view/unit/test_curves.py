@@ -9,8 +9,7 @@ from viewed_bag import FRAME_NS, START_NS, moving_joints
 from pose_core.body.joint_angles import joint_angles
 from pose_core.joints import JOINT_INDEX
 from pose_fusion.watching.observation import TopicWatch
-from pose_node.level import Level
-from pose_node.node_status import NodeStatus
+from pose_node.node_status import Level, NodeStatus
 from pose_view.curves import BodyTrack, curve, on_grid, titles
 from pose_view.plain_words import Mark, StatusLine, as_html, imu_line, node_line, stream_line
 from pose_view.web.plots import svg_plot, ticks

@@ -152,7 +152,8 @@ def _step(
     """One step of (2) for k sensors."""
     # zhang2015 (1), over the whole step: the gyroscope's rotation.
     turn = angular_velocity * dt[:, None]
-    gradient = np.where(has_up[:, None], cross(_to_sensor_z(q), up), 0.0)
+    predicted_up = rotate(q, np.broadcast_to([0.0, 0.0, 1.0], up.shape), inverse=True)
+    gradient = np.where(has_up[:, None], cross(predicted_up, up), 0.0)
     if has_north.any():
         field = rotate(q, north)
         field[:, 1] = np.hypot(field[:, 0], field[:, 1])  # b_y: no correction of inclination
@@ -175,16 +176,6 @@ def _directions(vectors: FloatArray) -> tuple[FloatArray, NDArray]:
     valid = np.isfinite(norm) & (norm > TINY)
     scale = np.where(valid, norm, 1.0)
     return np.where(valid[:, None], vectors, 0.0) / scale[:, None], valid
-
-
-def _to_sensor_z(q: FloatArray) -> FloatArray:
-    """The world's z axis in sensor axes, shape (k, 3)."""
-    x, y, z, w = q.T
-    vector = np.empty((len(q), 3))
-    vector[:, 0] = 2.0 * (x * z - w * y)
-    vector[:, 1] = 2.0 * (y * z + w * x)
-    vector[:, 2] = 1.0 - 2.0 * (x * x + y * y)
-    return vector
 
 
 class MadgwickOrientation(ConditionedFilter):

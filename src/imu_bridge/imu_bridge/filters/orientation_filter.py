@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from imu_bridge.filters.heading import HeadingUncertainty
 from pose_core.arrays import FloatArray
+from pose_core.parameters import parameter
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
@@ -19,16 +20,53 @@ START_S = 10.0  # [s] after a sensor's first sample: averages the noise, with li
 
 @dataclass(frozen=True, kw_only=True)
 class FilterSettings:
-    """Settings of the user; each filter uses some of them."""
+    """Parameters of the filters; each filter uses some of them."""
 
-    magnetometer: str = "auto"  # one of MAGNETOMETER_MODES
-    beta: float = 0.1  # [rad/s] Madgwick's gain
-    gain: float = 0.1  # [-] imufusion's gain
-    acceleration_tau: float = 1.5  # [s] VQF's low-pass on the acceleration
-    magnetometer_tau: float = 10.0  # [s] VQF's time constant of the heading
-    gyro_bias_window: float = 2.0  # [s] of rest to estimate the gyroscope's bias; 0: no estimation
-    heading_stddev: float = 0.12  # [rad] while an undisturbed field corrects the heading
-    heading_drift: float = 0.002  # [rad/s] its growth otherwise
+    magnetometer: str = parameter(
+        "auto",
+        choices=MAGNETOMETER_MODES,
+        doc="`start`: sets the initial heading, then only the gyroscope; `auto`: also later, "
+        "while the field looks like the earth's; `on`: always; `off`: never",
+    )
+    acceleration_tau: float = parameter(
+        1.5,
+        unit="s",
+        limits=(0.05, 60.0),
+        doc="`vqf`: time constant of the correction of the inclination",
+    )
+    magnetometer_tau: float = parameter(
+        10.0,
+        unit="s",
+        limits=(0.05, 600.0),
+        doc="`vqf`: time constant of the correction of the heading",
+    )
+    beta: float = parameter(
+        0.1,
+        unit="rad/s",
+        limits=(0.0, 10.0),
+        doc="`madgwick`: gain of the accelerometer and magnetometer",
+    )
+    gain: float = parameter(
+        0.1, limits=(0.0, 10.0), doc="`imufusion`: gain of the accelerometer and magnetometer"
+    )
+    gyro_bias_window: float = parameter(
+        2.0,
+        unit="s",
+        limits=(0.0, 60.0),
+        doc="time at rest after which the gyroscope's bias is estimated; 0: no estimate",
+    )
+    heading_stddev: float = parameter(
+        0.12,
+        unit="rad",
+        limits=(1e-4, 3.2),
+        doc="published uncertainty of a heading that an undisturbed magnetic field corrects",
+    )
+    heading_drift: float = parameter(
+        0.002,
+        unit="rad/s",
+        limits=(0.0, 1.0),
+        doc="growth of that uncertainty while no field corrects it",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

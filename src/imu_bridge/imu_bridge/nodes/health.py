@@ -10,8 +10,7 @@ from imu_bridge.pipeline import ImuPipeline, NodeState
 from imu_bridge.protocols import PROTOCOLS
 from imu_bridge.segments import ImuNode
 from imu_bridge.serial_source import PortState, SerialSource
-from pose_node.level import Level
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Level, Report
 
 DEAF_BYTES = 100  # [bytes] without a packet: wrong speed or protocol
 UNKNOWN_NAMED = 16  # [-] largest number of unknown ids listed; noise has many
@@ -22,10 +21,7 @@ class Health:
     """Reports on ports, byte streams and nodes; rates are means since the previous report."""
 
     def __init__(
-        self,
-        pipeline: ImuPipeline,
-        sources: Sequence[SerialSource],
-        ports: Sequence[PortConfig],
+        self, pipeline: ImuPipeline, sources: Sequence[SerialSource], ports: Sequence[PortConfig]
     ) -> None:
         self._pipeline = pipeline
         self._sources = sources
@@ -64,11 +60,10 @@ class Health:
         if implausible:
             text = f"implausible samples from {', '.join(implausible)}: are the units right?"
             complaints.append((Level.WARN, text))
-        if complaints:
-            level = max(complaint[0] for complaint in complaints)
-            message = "; ".join(text for _, text in complaints)
-        else:
-            level, message = _summary(silent, len(pipeline.nodes))
+        if not complaints:
+            complaints.append(_summary(silent, len(pipeline.nodes)))
+        level = max(level for level, _ in complaints)
+        message = "; ".join(text for _, text in complaints)
         return Report(level=level, message=message, values=values)
 
     def _port_complaint(self, i: int) -> tuple[Level, str] | None:
@@ -96,10 +91,10 @@ class Health:
     def _unknown_nodes(self) -> str:
         """Counts by node id, as text."""
         several = len(self._sources) > 1
-        unknown = sorted(self._pipeline.unknown_nodes.items(), key=lambda item: -item[1])
+        unknown = self._pipeline.unknown_nodes
         counts = [
             f"{self._sources[port].name} {node_id}: {n}" if several else f"{node_id}: {n}"
-            for (port, node_id), n in sorted(unknown[:UNKNOWN_NAMED])
+            for (port, node_id), n in sorted(unknown.most_common(UNKNOWN_NAMED))
         ]
         more = len(unknown) - UNKNOWN_NAMED
         return ", ".join(counts) + (f" and {more} more" if more > 0 else "") or "none"

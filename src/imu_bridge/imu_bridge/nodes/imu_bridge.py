@@ -1,9 +1,9 @@
 """The node: reads serial ports, publishes ``imu_<segment>/data_raw``, ``mag`` and ``data``."""
 
+import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, MagneticField
@@ -15,8 +15,7 @@ from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import ImuBatch, ImuPipeline
 from imu_bridge.serial_source import SerialSource
 from pose_core.errors import ParameterError
-from pose_node.level import Level
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Level, Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
@@ -58,7 +57,8 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         if self._several:
             # Processed in batches: many small pieces would cost more.
             steady_timer(self, self.settings.read_period, self._on_arrival)
-        self._open_ports()
+        for index, port in enumerate(self._ports):
+            self._open(index, port)
         self._health = Health(self._pipeline, self._sources, self._ports)
         self._error = ""  # last logged one; empty: none at present
 
@@ -67,9 +67,6 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         for source in self._sources:
             source.close()
         self._sources.clear()
-
-    def cleanup(self) -> None:
-        """Nothing to release: the next configuration replaces the filters."""
 
     def report(self) -> Report:
         """State of ports and IMUs; errors and their ends are also logged."""
@@ -82,19 +79,17 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         self._error = error
         return report
 
-    def _open_ports(self) -> None:
-        for index, port in enumerate(self._ports):
-            self._sources.append(
-                SerialSource(
-                    port.name,
-                    port.baudrate,
-                    clock=lambda: self.get_clock().now().nanoseconds,
-                    notify=(lambda: None) if self._several else self._arrived.trigger,
-                    wait_s=self.settings.wait_for_port,
-                    read_period_s=self.settings.read_period,
-                    index=index,
-                )
-            )
+    def _open(self, index: int, port: PortConfig) -> None:
+        source = SerialSource(
+            port.name,
+            port.baudrate,
+            clock=lambda: self.get_clock().now().nanoseconds,
+            notify=(lambda: None) if self._several else self._arrived.trigger,
+            wait_s=self.settings.wait_for_port,
+            read_period_s=self.settings.read_period,
+            index=index,
+        )
+        self._sources.append(source)
 
     def _publisher(self, message_type: type, segment: str, name: str) -> Any:
         # Without events the executor does not check each publisher at each wake-up, which would
@@ -112,30 +107,18 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
             self._publish(self._pipeline.process(chunks))
 
     def _publish(self, batch: ImuBatch) -> None:
-        has_field = ~np.isnan(batch.raw_magnetic_field[:, 0])
-        has_orientation = ~np.isnan(batch.orientation[:, 3])
-        raw_rates = batch.raw_angular_velocity.tolist()
-        raw_accelerations = batch.raw_acceleration.tolist()
-        fields = batch.raw_magnetic_field.tolist()
-        rates = batch.angular_velocity.tolist()
-        accelerations = batch.acceleration.tolist()
-        orientations = batch.orientation.tolist()
-        heading_stddevs = batch.heading_stddev.tolist()
-        for row, node in enumerate(batch.node.tolist()):
-            messages, stamp_ns = self._messages[node], batch.stamp_ns[row]
-            self._raw[node].publish(messages.raw(stamp_ns, raw_rates[row], raw_accelerations[row]))
-            if has_field[row]:
-                self._mag[node].publish(messages.magnetic_field(stamp_ns, fields[row]))
-            if has_orientation[row]:
-                self._data[node].publish(
-                    messages.oriented(
-                        stamp_ns,
-                        rates[row],
-                        accelerations[row],
-                        orientations[row],
-                        heading_stddevs[row],
-                    )
-                )
+        raw = (batch.raw_angular_velocity, batch.raw_acceleration, batch.raw_magnetic_field)
+        data = (batch.angular_velocity, batch.acceleration, batch.orientation, batch.heading_stddev)
+        columns = (column.tolist() for column in (batch.node, *raw, *data))
+        for stamp_ns, row in zip(batch.stamp_ns, zip(*columns, strict=True), strict=True):
+            node, raw_rate, raw_acceleration, field, *oriented = row
+            messages = self._messages[node]
+            self._raw[node].publish(messages.raw(stamp_ns, raw_rate, raw_acceleration))
+            if not math.isnan(field[0]):
+                self._mag[node].publish(messages.magnetic_field(stamp_ns, field))
+            _, _, orientation, _ = oriented
+            if not math.isnan(orientation[3]):
+                self._data[node].publish(messages.oriented(stamp_ns, *oriented))
 
 
 def main() -> None:

@@ -7,6 +7,7 @@ from typing import Protocol
 from pose_core.counters import Counters
 
 STANDARD_GRAVITY = 9.80665  # [m/s^2] / [g]
+FULL_SCALE_COUNTS = 32768  # [-] an i16 spans one range to each side
 
 MAX_ACCELERATION = 4000.0  # [m/s^2] 400 g: the widest range of any body-worn accelerometer
 MAX_ANGULAR_VELOCITY = 100.0  # [rad/s] 5700 deg/s
@@ -31,6 +32,17 @@ class Reading:
     clock_us: int | None = None
     """The device's clock at the time of sampling [us], modulo the parser's ``clock_modulus_us``."""
     saturated: bool = False  # whether an axis of accelerometer or gyroscope is at full scale
+
+
+def scaled(counts: Sequence[int], lsb: float) -> Vector3:
+    """A sample's three counts in the unit of one count's value."""
+    x, y, z = counts
+    return (x * lsb, y * lsb, z * lsb)
+
+
+def is_saturated(*axes: int) -> bool:
+    """Whether one of some counts, each an i16, is at full scale."""
+    return min(axes) == -FULL_SCALE_COUNTS or max(axes) == FULL_SCALE_COUNTS - 1
 
 
 def is_plausible(reading: Reading) -> bool:

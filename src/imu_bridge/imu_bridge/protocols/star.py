@@ -39,7 +39,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from imu_bridge.protocols.reading import STANDARD_GRAVITY, Reading
+from imu_bridge.protocols.reading import (
+    FULL_SCALE_COUNTS,
+    STANDARD_GRAVITY,
+    Reading,
+    is_saturated,
+    scaled,
+)
 from pose_core.counters import Counters
 
 SYNC = b"\xa5\x5a"
@@ -47,7 +53,6 @@ KIND_SAMPLE = 0x11
 MAX_PAYLOAD_BYTES = 64
 CLOCK_MODULUS_US = 1 << 32
 
-FULL_SCALE_COUNTS = 32768  # [-] an i16 spans one range to each side
 ACCELEROMETER_RANGES_G = (2.0, 4.0, 8.0, 16.0)  # [g] by range code, MPU-9150
 GYROSCOPE_RANGES_DPS = (250.0, 500.0, 1000.0, 2000.0)  # [deg/s] by range code, MPU-9150
 MAGNETOMETER_LSB_UT = (0.3, 0.15, 0.6, 0.0625)  # [uT] / count by range code; 0 is the MPU-9150
@@ -142,24 +147,17 @@ def quantise(values: ArrayLike, lsb: float) -> NDArray[np.int16]:
 
 def reading(sample: RawSample) -> Reading:
     """The sample in SI units."""
-    acceleration = ACCELEROMETER_LSB[sample.accelerometer_range]
-    rate = GYROSCOPE_LSB[sample.gyroscope_range]
-    ax, ay, az = sample.accelerometer
-    gx, gy, gz = sample.gyroscope
     field = None
     if sample.magnetometer_valid:
-        tesla = MAGNETOMETER_LSB[sample.magnetometer_range]
-        mx, my, mz = sample.magnetometer
-        field = (mx * tesla, my * tesla, mz * tesla)
-    inertial = (ax, ay, az, gx, gy, gz)
+        field = scaled(sample.magnetometer, MAGNETOMETER_LSB[sample.magnetometer_range])
     return Reading(
-        angular_velocity=(gx * rate, gy * rate, gz * rate),
-        acceleration=(ax * acceleration, ay * acceleration, az * acceleration),
+        angular_velocity=scaled(sample.gyroscope, GYROSCOPE_LSB[sample.gyroscope_range]),
+        acceleration=scaled(sample.accelerometer, ACCELEROMETER_LSB[sample.accelerometer_range]),
         magnetic_field=field,
         node_id=sample.node_id,
         sequence=sample.sequence,
         clock_us=sample.clock_us,
-        saturated=min(inertial) == -FULL_SCALE_COUNTS or max(inertial) == FULL_SCALE_COUNTS - 1,
+        saturated=is_saturated(*sample.accelerometer, *sample.gyroscope),
     )
 
 

@@ -24,19 +24,22 @@ References:
 import math
 import struct
 
-from imu_bridge.protocols.reading import STANDARD_GRAVITY, Reading, Vector3, Vector4
+from imu_bridge.protocols.reading import (
+    FULL_SCALE_COUNTS,
+    STANDARD_GRAVITY,
+    Reading,
+    Vector4,
+    is_saturated,
+    scaled,
+)
 from pose_core.counters import Counters
 
 HEADER = 0x55
 PACKET_BYTES = 11
-TIME, ACCELERATION, ANGULAR_VELOCITY, ANGLE, MAGNETIC_FIELD, QUATERNION = (
-    *(0x50, 0x51, 0x52, 0x53, 0x54),
-    0x59,
-)
-OF_A_SAMPLE = (TIME, ACCELERATION, ANGULAR_VELOCITY, ANGLE, MAGNETIC_FIELD, QUATERNION)
+OF_A_SAMPLE = (0x50, 0x51, 0x52, 0x53, 0x54, 0x59)
+TIME, ACCELERATION, ANGULAR_VELOCITY, ANGLE, MAGNETIC_FIELD, QUATERNION = OF_A_SAMPLE
 LAST_KIND = 0x5A
 
-FULL_SCALE_COUNTS = 32768  # [-]
 ACCELERATION_LSB = 16.0 * STANDARD_GRAVITY / FULL_SCALE_COUNTS  # [m/s^2]
 ANGULAR_VELOCITY_LSB = math.radians(2000.0) / FULL_SCALE_COUNTS  # [rad/s]
 ANGLE_LSB = math.pi / FULL_SCALE_COUNTS  # [rad]
@@ -84,14 +87,14 @@ class WitMotionParser:
             self.counters.add("bytes_skipped", start - position)
             position = start
             packet = data[start : start + PACKET_BYTES]
-            if len(packet) > 1 and not TIME <= packet[1] <= LAST_KIND:
-                position = self._skip_byte(position)
-                continue
-            if len(packet) < PACKET_BYTES:
+            is_wrong_kind = len(packet) > 1 and not TIME <= packet[1] <= LAST_KIND
+            if len(packet) < PACKET_BYTES and not is_wrong_kind:
                 break
-            if sum(packet[:-1]) & 0xFF != packet[-1]:
-                self.counters.add("checksum_errors")
-                position = self._skip_byte(position)
+            is_wrong_sum = not is_wrong_kind and sum(packet[:-1]) & 0xFF != packet[-1]
+            self.counters.add("checksum_errors", is_wrong_sum)
+            if is_wrong_kind or is_wrong_sum:
+                self.counters.add("bytes_skipped")
+                position += 1
                 continue
             position += PACKET_BYTES
             self.counters.add("frames")
@@ -104,10 +107,6 @@ class WitMotionParser:
         self.counters.add("bytes_skipped", len(self._pending))
         self._pending = b""
         return self._close()
-
-    def _skip_byte(self, position: int) -> int:
-        self.counters.add("bytes_skipped")
-        return position + 1
 
     def _packet(self, kind: int, content: bytes) -> list[Reading]:
         if kind not in OF_A_SAMPLE:
@@ -139,20 +138,15 @@ class WitMotionParser:
 
 def _reading(sampling: dict[int, Counts]) -> Reading:
     acceleration, rate = sampling[ACCELERATION][:3], sampling[ANGULAR_VELOCITY][:3]
-    inertial = (*acceleration, *rate)
     field = sampling.get(MAGNETIC_FIELD)
     return Reading(
-        acceleration=_scaled(acceleration, ACCELERATION_LSB),
-        angular_velocity=_scaled(rate, ANGULAR_VELOCITY_LSB),
-        magnetic_field=None if field is None else _scaled(field, MAGNETIC_FIELD_LSB),
+        acceleration=scaled(acceleration, ACCELERATION_LSB),
+        angular_velocity=scaled(rate, ANGULAR_VELOCITY_LSB),
+        magnetic_field=None if field is None else scaled(field[:3], MAGNETIC_FIELD_LSB),
         orientation=_orientation(sampling),
         clock_us=_clock_us(sampling[TIME]) if TIME in sampling else None,
-        saturated=min(inertial) == -FULL_SCALE_COUNTS or max(inertial) == FULL_SCALE_COUNTS - 1,
+        saturated=is_saturated(*acceleration, *rate),
     )
-
-
-def _scaled(counts: Counts, lsb: float) -> Vector3:
-    return (counts[0] * lsb, counts[1] * lsb, counts[2] * lsb)
 
 
 def _orientation(sampling: dict[int, Counts]) -> Vector4 | None:

@@ -62,9 +62,7 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
         if source is not None:
             source.close()
 
-    def cleanup(self) -> None:
-        """Close the source."""
-        self.deactivate()
+    cleanup = deactivate
 
     def _make_source(self) -> SkeletonSource:
         module, name = SOURCES[self.settings.source].split(".")

@@ -34,7 +34,7 @@ class HirosSource(TopicSource):
 
     def _person(self, skeleton: Any) -> Person:
         count = len(self.joint_map.joints)
-        positions = np.full((count, 3), np.nan)
+        positions = self.no_places()
         confidence = np.full(count, np.nan)
         for marker in skeleton.markers:
             joint = self.joint_map.index.get(marker.name, marker.id)

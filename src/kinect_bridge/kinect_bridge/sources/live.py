@@ -1,21 +1,21 @@
 """Base of all live sources: conversion of persons to frames, and counters of rejected data."""
 
+import threading
+from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from kinect_bridge.source import SkeletonFrame, SourceTopic
+from kinect_bridge.source import SkeletonFrame, SkeletonSource, SourceTopic
 from kinect_bridge.sources.live_clock import CLOCK_COUNTERS, LiveClock
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.recordings.joint_maps import JointMap, mark_missing
-from pose_node.level import Level
-from pose_node.node_status import Report
+from pose_node.node_status import Level, Report
 
 MAX_PEOPLE = 16  # per frame
 MAX_ID = 32  # [characters]
@@ -45,7 +45,7 @@ class Person:
     at_most: TrackingState = TrackingState.TRACKED  # upper bound of all joints' states
 
 
-class LiveSource:
+class LiveSource(SkeletonSource):
     """Base of live sources; a subclass calls :meth:`push` from one thread.
 
     Args:
@@ -56,8 +56,6 @@ class LiveSource:
         counters: Further counters of the subclass, by reason.
         topics: Topics to subscribe to.
     """
-
-    is_finished = False  # live sources do not end
 
     def __init__(
         self,
@@ -84,20 +82,13 @@ class LiveSource:
         """Start; see :class:`SkeletonSource`."""
         self._now_ns, self._wake = now_ns, wake
 
-    def receive(self, message: Any, topic: str) -> None:
-        """Process a message; sources without topics receive none."""
-        raise NotImplementedError(f"{self.name} has no topic {topic}")
-
     def take(self) -> SkeletonFrame | None:
         """Remove and return the oldest frame of the queue; None if it is empty."""
         return self._frames.popleft() if self._frames else None
 
-    def wait_ns(self) -> int | None:
-        """Always None: frames are signalled by ``wake``."""
-        return None
-
-    def close(self) -> None:
-        """Nothing to release."""
+    def no_places(self) -> FloatArray:
+        """Positions of the joint map's n joints, (n, 3), all of them missing."""
+        return np.full((len(self.joint_map.joints), 3), np.nan)
 
     def push(self, people: Sequence[Person], capture_ns: int | None) -> None:
         """Queue a frame for the node.
@@ -127,15 +118,14 @@ class LiveSource:
             "clock_drift_ppm": f"{self._clock.drift * 1e6:.1f}",
             **self.details(),
         }
+        silent_ns = 0 if self._heard_ns is None else self._now_ns() - self._heard_ns
+        level, message = Level.OK, f"receiving from {self.name}"
         if self._heard_ns is None:
-            return Report(
-                level=Level.WARN, message=f"waiting for {self.waits_for()}", values=values
-            )
-        silent_ns = self._now_ns() - self._heard_ns
-        if silent_ns > SILENCE_NS:
+            level, message = Level.WARN, f"waiting for {self.waits_for()}"
+        elif silent_ns > SILENCE_NS:
+            level = Level.WARN
             message = f"nothing from {self.waits_for()} for {silent_ns / NS_PER_S:.0f} s"
-            return Report(level=Level.WARN, message=message, values=values)
-        return Report(level=Level.OK, message=f"receiving from {self.name}", values=values)
+        return Report(level=level, message=message, values=values)
 
     def waits_for(self) -> str:
         """Description of what the source waits for."""
@@ -184,6 +174,40 @@ class LiveSource:
             else:
                 accepted[person.id] = person
         return list(accepted.values())
+
+
+class ThreadedSource(LiveSource):
+    """Base of the sources that read in a thread of their own, with another clock than the host's.
+
+    Args:
+        name: The source's name, for messages.
+        hardware_id: The device or port.
+        joint_map: Joint map of the persons.
+        counters: Further counters of the subclass, by reason.
+    """
+
+    def __init__(
+        self, name: str, hardware_id: str, joint_map: JointMap, counters: Sequence[str]
+    ) -> None:
+        super().__init__(name, hardware_id, joint_map, on_host_clock=False, counters=counters)
+        self._ends = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
+        """Start the thread."""
+        super().start(now_ns, wake)
+        self._thread = threading.Thread(target=self._run, name=self.name, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._ends.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    @abstractmethod
+    def _run(self) -> None:
+        """Read until ``_ends`` is set."""
 
 
 def is_name(text: str) -> bool:

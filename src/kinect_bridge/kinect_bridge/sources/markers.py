@@ -38,7 +38,7 @@ class MarkersSource(TopicSource):
                 self.counters.add("markers_unknown")
                 continue
             stamp_ns = max(stamp_ns, nanoseconds(marker.header.stamp))
-            places = bodies.setdefault(body, np.full((count, 3), np.nan))
+            places = bodies.setdefault(body, self.no_places())
             position = marker.pose.position
             self.counters.add("markers_repeated", bool(np.isfinite(places[joint, 0])))
             places[joint] = position.x, position.y, position.z

@@ -41,7 +41,7 @@ class NamedPosesSource(TopicSource):
         if not len(names) == len(poses) == len(is_valid):
             self.counters.add("messages_uneven")
             return
-        positions = np.full((len(self.joint_map.joints), 3), np.nan)
+        positions = self.no_places()
         for name, pose, valid in zip(names, poses, is_valid, strict=True):
             joint = self.joint_map.index.get(name)
             if joint is None:

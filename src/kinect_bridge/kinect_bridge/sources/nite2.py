@@ -4,23 +4,26 @@ One thread opens the sensor and waits for frames; if there is none for two secon
 reopens the sensor, which may have been unplugged.
 """
 
-import ctypes
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack, suppress
+from ctypes import POINTER, byref, c_void_p
 from typing import Any
 
 import numpy as np
 
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.sources.live import LiveSource, Person
+from kinect_bridge.sources.live import Person, ThreadedSource
 from kinect_bridge.sources.nite2_library import (
     FRAME_READY,
     JOINT_COUNT,
     MAX_USERS,
+    ONI_API_VERSION,
     Callbacks,
+    Device,
     LibraryError,
     Nite2Library,
+    TrackerFrame,
 )
 from pose_core.errors import ParameterError
 from pose_io.recordings.joint_map_files import find_joint_map
@@ -33,7 +36,7 @@ NONE, TRACKED = 0, 2  # NiteSkeletonState
 COUNTERS = ("sensor_opened", "sensor_lost", "users_not_tracked", "users_beyond_limit")
 
 
-class Nite2Source(LiveSource):
+class Nite2Source(ThreadedSource):
     """Source of NiTE2's users.
 
     Raises:
@@ -49,32 +52,17 @@ class Nite2Source(LiveSource):
                 f"joint_map = '{parameters.joint_map}' has {len(joint_map.joints)} joints, NiTE2 "
                 f"{JOINT_COUNT}: give another map, or none"
             )
-        super().__init__(
-            "nite2",
-            self._device or "any OpenNI2 sensor",
-            joint_map,
-            on_host_clock=False,
-            counters=COUNTERS,
-        )
-        self._ends = threading.Event()
+        super().__init__("nite2", self._device or "any OpenNI2 sensor", joint_map, COUNTERS)
         self._ready = threading.Event()
         # References are kept while the library may call them.
         self._callbacks = Callbacks(FRAME_READY(lambda _: self._ready.set()))
-        self._thread: threading.Thread | None = None
         self._trouble = "the sensor has not been opened yet"
-
-    def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
-        """Open the sensor and read it, in a thread."""
-        super().start(now_ns, wake)
-        self._thread = threading.Thread(target=self._run, name="nite2", daemon=True)
-        self._thread.start()
 
     def close(self) -> None:
         """Release the sensor."""
         self._ends.set()
         self._ready.set()
-        if self._thread is not None:
-            self._thread.join()
+        super().close()
 
     def details(self) -> Mapping[str, object]:
         """Error messages of the libraries."""
@@ -90,47 +78,57 @@ class Nite2Source(LiveSource):
 
     def _use_sensor(self) -> None:
         """Read the sensor until the source is closed, or an error."""
+        openni, nite = self._library.openni, self._library.nite
         with ExitStack() as opened:
-            self._library.initialize()
-            opened.callback(self._library.shutdown)
-            device = self._open_device()
-            if device is not None:
-                opened.callback(self._library.close_device, device)
-            tracker = self._library.create_tracker(device)
-            opened.callback(self._library.destroy_tracker, tracker)
+            openni.oniInitialize(ONI_API_VERSION)
+            opened.callback(openni.oniShutdown)
+            nite.niteInitialize()
+            opened.callback(nite.niteShutdown)
+            tracker = c_void_p()
+            if self._device:
+                device = c_void_p()
+                openni.oniDeviceOpen(self._device_uri().encode(), byref(device))
+                opened.callback(openni.oniDeviceClose, device)
+                wrapped = Device(handle=device)
+                nite.niteInitializeUserTrackerByDevice(byref(wrapped), byref(tracker))
+            else:
+                nite.niteInitializeUserTracker(byref(tracker))  # opens any sensor itself
+            opened.callback(nite.niteShutdownUserTracker, tracker)
+            self._ready.clear()
+            nite.niteRegisterUserTrackerCallbacks(tracker, byref(self._callbacks), None)
+            opened.callback(
+                nite.niteUnregisterUserTrackerCallbacks, tracker, byref(self._callbacks)
+            )
             self._read(tracker)
 
-    def _open_device(self) -> ctypes.c_void_p | None:
-        """Open the selected sensor; None if any: NiTE2 opens it itself."""
-        if not self._device:
-            return None
-        uris = self._library.devices()
-        number = int(self._device) if self._device.isdecimal() else -1
+    def _device_uri(self) -> str:
+        """The URI of the selected sensor."""
+        if not self._device.isdecimal():
+            return self._device
+        uris, number = self._library.devices(), int(self._device)
         if number >= len(uris):
             raise LibraryError(
                 f"{len(uris)} sensors are plugged in: no sensor with the index {number}"
             )
-        return self._library.open_device(uris[number] if number >= 0 else self._device)
+        return uris[number]
 
-    def _read(self, tracker: ctypes.c_void_p) -> None:
+    def _read(self, tracker: c_void_p) -> None:
         """Read frames until the source is closed or frames stop."""
-        self._ready.clear()
-        self._library.register(tracker, self._callbacks)
-        try:
-            while self._ready.wait(SILENCE_S) and not self._ends.is_set():
-                self._ready.clear()
-                if self._trouble:
-                    self.counters.add("sensor_opened")
-                    self._trouble = ""
-                self._read_frame(tracker)
-        finally:
-            self._library.unregister(tracker, self._callbacks)
+        while self._ready.wait(SILENCE_S) and not self._ends.is_set():
+            self._ready.clear()
+            if self._trouble:
+                self.counters.add("sensor_opened")
+                self._trouble = ""
+            self._read_frame(tracker)
         if not self._ends.is_set():
             self.counters.add("sensor_lost", not self._trouble)
             raise LibraryError(f"no frame for {SILENCE_S:g} s: is the sensor plugged in?")
 
-    def _read_frame(self, tracker: ctypes.c_void_p) -> None:
-        frame = self._library.read_frame(tracker)
+    def _read_frame(self, tracker: c_void_p) -> None:
+        nite, frame = self._library.nite, POINTER(TrackerFrame)()
+        nite.niteReadUserTrackerFrame(tracker, byref(frame))
+        if not frame:
+            raise LibraryError("niteReadUserTrackerFrame gave no frame")
         try:
             count = frame.contents.user_count
             self.counters.add("users_beyond_limit", max(0, count - MAX_USERS))
@@ -143,10 +141,10 @@ class Nite2Source(LiveSource):
                 self.counters.add("users_not_tracked")
                 if user.skeleton_state == NONE and not user.state & LOST:
                     with suppress(LibraryError):  # the person has left
-                        self._library.start_skeleton(tracker, user.id)
+                        nite.niteStartSkeletonTracking(tracker, user.id)
             capture_ns = frame.contents.timestamp_us * NS_PER_US
         finally:
-            self._library.release_frame(tracker, frame)
+            nite.niteUserTrackerFrameRelease(tracker, frame)
         self.push(people, capture_ns)
 
 

@@ -5,6 +5,7 @@ those of ``OniCTypes.h`` 2.2 and ``NiteCTypes.h`` 2.2.
 """
 
 import ctypes
+from collections.abc import Callable
 from ctypes import POINTER, byref, c_char, c_char_p, c_float, c_int, c_short, c_uint64, c_void_p
 from pathlib import Path
 from typing import Any
@@ -108,17 +109,17 @@ class Callbacks(ctypes.Structure):
     _fields_ = (("ready_for_next_frame", FRAME_READY),)
 
 
-OPENNI2_ARGUMENTS: dict[str, tuple[Any, ...]] = {
+OPENNI2_FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "oniInitialize": (c_int,),
     "oniGetDeviceList": (POINTER(POINTER(DeviceInfo)), POINTER(c_int)),
     "oniReleaseDeviceList": (POINTER(DeviceInfo),),
     "oniDeviceOpen": (c_char_p, POINTER(c_void_p)),
     "oniDeviceClose": (c_void_p,),
 }
-NITE2_ARGUMENTS: dict[str, tuple[Any, ...]] = {
+NITE2_FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "niteInitialize": (),
     "niteInitializeUserTracker": (POINTER(c_void_p),),
-    "niteInitializeUserTrackerByDevice": (c_void_p, POINTER(c_void_p)),
+    "niteInitializeUserTrackerByDevice": (POINTER(Device), POINTER(c_void_p)),
     "niteShutdownUserTracker": (c_void_p,),
     "niteStartSkeletonTracking": (c_void_p, c_short),
     "niteReadUserTrackerFrame": (c_void_p, POINTER(POINTER(TrackerFrame))),
@@ -126,122 +127,67 @@ NITE2_ARGUMENTS: dict[str, tuple[Any, ...]] = {
     "niteRegisterUserTrackerCallbacks": (c_void_p, POINTER(Callbacks), c_void_p),
     "niteUnregisterUserTrackerCallbacks": (c_void_p, POINTER(Callbacks)),
 }
+"""Types of the functions' arguments."""
+WITHOUT_STATUS = (
+    "oniReleaseDeviceList",
+    "oniDeviceClose",
+    "niteShutdownUserTracker",
+    "niteUserTrackerFrameRelease",
+    "niteUnregisterUserTrackerCallbacks",
+)
 
 
 class Nite2Library:
-    """Both libraries, loaded.
+    """Both libraries, loaded; their functions raise a :class:`LibraryError` if they fail.
 
     Args:
         folder: Folder of both libraries; empty: the system's search path.
+
+    Attributes:
+        openni: OpenNI2, which NiTE2 uses: it must outlive it.
+        nite: NiTE2.
 
     Raises:
         InputError: If one of them is missing.
     """
 
     def __init__(self, folder: str) -> None:
-        # Both references are kept: OpenNI2 must outlive NiTE2, which uses it.
-        self._openni = _load(folder, "libOpenNI2.so")
-        self._nite = _load(folder, "libNiTE2.so")
-        self._openni.oniGetExtendedError.restype = c_char_p
-        for library, functions in (
-            (self._openni, OPENNI2_ARGUMENTS),
-            (self._nite, NITE2_ARGUMENTS),
-        ):
-            for name, arguments in functions.items():
-                getattr(library, name).argtypes = arguments
-
-    def initialize(self) -> None:
-        """Initialise the libraries."""
-        self._openni_call("oniInitialize", ONI_API_VERSION)
-        try:
-            self._nite_call("niteInitialize")
-        except LibraryError:
-            self._openni.oniShutdown()
-            raise
-
-    def shutdown(self) -> None:
-        """Shut the libraries down; they can be initialised again."""
-        self._nite.niteShutdown()
-        self._openni.oniShutdown()
+        self.openni = _load(folder, "libOpenNI2.so", OPENNI2_FUNCTIONS, self._reason)
+        self.nite = _load(folder, "libNiTE2.so", NITE2_FUNCTIONS, lambda: "")
+        self.openni.oniGetExtendedError.restype = c_char_p
 
     def devices(self) -> list[str]:
         """The URIs of the connected sensors."""
         infos, count = POINTER(DeviceInfo)(), c_int()
-        self._openni_call("oniGetDeviceList", byref(infos), byref(count))
+        self.openni.oniGetDeviceList(byref(infos), byref(count))
         uris = [infos[i].uri.decode(errors="replace") for i in range(min(count.value, MAX_DEVICES))]
-        self._openni.oniReleaseDeviceList(infos)
+        self.openni.oniReleaseDeviceList(infos)
         return uris
 
-    def open_device(self, uri: str) -> c_void_p:
-        """Open a sensor; returns its handle, to be closed by :meth:`close_device`."""
-        handle = c_void_p()
-        self._openni_call("oniDeviceOpen", uri.encode(), byref(handle))
-        return handle
-
-    def close_device(self, handle: c_void_p) -> None:
-        """Close a sensor."""
-        self._openni.oniDeviceClose(handle)
-
-    def create_tracker(self, device: c_void_p | None) -> c_void_p:
-        """Create a tracker of people on a sensor; None: on any."""
-        tracker = c_void_p()
-        if device is None:
-            self._nite_call("niteInitializeUserTracker", byref(tracker))
-        else:
-            wrapped = Device(handle=device)
-            self._nite_call("niteInitializeUserTrackerByDevice", byref(wrapped), byref(tracker))
-        return tracker
-
-    def destroy_tracker(self, tracker: c_void_p) -> None:
-        """Destroy a tracker."""
-        self._nite.niteShutdownUserTracker(tracker)
-
-    def register(self, tracker: c_void_p, callbacks: Callbacks) -> None:
-        """Register callbacks, called from a thread of the library; keep a reference to them."""
-        self._nite_call("niteRegisterUserTrackerCallbacks", tracker, byref(callbacks), None)
-
-    def unregister(self, tracker: c_void_p, callbacks: Callbacks) -> None:
-        """Unregister the callbacks."""
-        self._nite.niteUnregisterUserTrackerCallbacks(tracker, byref(callbacks))
-
-    def start_skeleton(self, tracker: c_void_p, user: int) -> None:
-        """Track a person's joints from now on."""
-        self._nite_call("niteStartSkeletonTracking", tracker, user)
-
-    def read_frame(self, tracker: c_void_p) -> Any:
-        """Pointer to the newest frame, to be released by :meth:`release_frame`.
-
-        Raises:
-            LibraryError: If NiTE2 gives none.
-        """
-        frame = POINTER(TrackerFrame)()
-        self._nite_call("niteReadUserTrackerFrame", tracker, byref(frame))
-        if not frame:
-            raise LibraryError("niteReadUserTrackerFrame gave no frame")
-        return frame
-
-    def release_frame(self, tracker: c_void_p, frame: Any) -> None:
-        """Release a frame."""
-        self._nite.niteUserTrackerFrameRelease(tracker, frame)
-
-    def _openni_call(self, name: str, *arguments: object) -> None:
-        status = getattr(self._openni, name)(*arguments)
-        if status != OK:
-            said = (self._openni.oniGetExtendedError() or b"").decode(errors="replace").strip()
-            raise LibraryError(f"{name} failed with status {status}: {said or 'no reason given'}")
-
-    def _nite_call(self, name: str, *arguments: object) -> None:
-        status = getattr(self._nite, name)(*arguments)
-        if status != OK:
-            raise LibraryError(f"{name} failed with status {status}")
+    def _reason(self) -> str:
+        said = (self.openni.oniGetExtendedError() or b"").decode(errors="replace").strip()
+        return f": {said or 'no reason given'}"
 
 
-def _load(folder: str, name: str) -> ctypes.CDLL:
+def _load(
+    folder: str, name: str, functions: dict[str, tuple[Any, ...]], reason: Callable[[], str]
+) -> ctypes.CDLL:
     path = str(Path(folder).expanduser() / name) if folder else name
     try:
-        return ctypes.CDLL(path, mode=ctypes.RTLD_GLOBAL)
+        library = ctypes.CDLL(path, mode=ctypes.RTLD_GLOBAL)
     except OSError as error:
         raise InputError(
             f"cannot load {path} ({error}): install OpenNI2 and NiTE2 and give their folder as "
             "nite2_library"
         ) from error
+
+    def check(status: int, function: Any, _arguments: Any) -> None:
+        if status != OK:
+            raise LibraryError(f"{function.__name__} failed with status {status}{reason()}")
+
+    for function_name, arguments in functions.items():
+        function = getattr(library, function_name)
+        function.argtypes = arguments
+        if function_name not in WITHOUT_STATUS:
+            function.errcheck = check
+    return library

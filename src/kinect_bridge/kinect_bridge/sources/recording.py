@@ -2,29 +2,25 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.replay import Replay, make_schedule
-from kinect_bridge.source import SkeletonFrame, SourceTopic
+from kinect_bridge.replay import Replay
+from kinect_bridge.source import SkeletonFrame, SkeletonSource
 from pose_core.errors import ParameterError
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.timeline import make_timeline
-from pose_node.level import Level
-from pose_node.node_status import Report
+from pose_node.node_status import Level, Report
 
 LONGEST_DELAY_NS = 10_000_000_000  # [ns] largest delay of a start that is caught up
 LATE_NS = 200_000_000  # [ns] delay that is reported
 
 
-class RecordingSource:
+class RecordingSource(SkeletonSource):
     """Source of a recorded sensor's frames in real time.
 
     Raises:
         PoseError: If the recording cannot be read, or a parameter does not fit it.
     """
-
-    topics: tuple[SourceTopic, ...] = ()
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         if not parameters.file:
@@ -65,19 +61,13 @@ class RecordingSource:
 
     def _make_replay(self, start_at_ns: int) -> Replay:
         return Replay(
-            make_schedule(
-                self._recording,
-                self._timelines,
-                self._stream.name,
-                start_at_ns=start_at_ns,
-                rate=self._parameters.rate,
-                loop=self._parameters.loop,
-            )
+            self._recording,
+            self._timelines,
+            self._stream.name,
+            start_at_ns=start_at_ns,
+            rate=self._parameters.rate,
+            loop=self._parameters.loop,
         )
-
-    def receive(self, message: Any, topic: str) -> None:
-        """Recordings have no topics."""
-        raise NotImplementedError(topic)
 
     def take(self) -> SkeletonFrame | None:
         """The next frame, if it is due; one per call, so that a late replay causes no burst."""
@@ -98,9 +88,6 @@ class RecordingSource:
     def wait_ns(self) -> int | None:
         """Time until the next frame is due [ns]; None at the end."""
         return self._replay.wait_ns(self._now_ns())
-
-    def close(self) -> None:
-        """Nothing to let go of."""
 
     def report(self) -> Report:
         """Progress of the replay, and counts of frames left out."""
@@ -132,7 +119,7 @@ class RecordingSource:
     def _message(self, now_ns: int, late_ns: int) -> str:
         if self._replay.finished:
             return "recording finished"
-        due_ns = self._replay.schedule.due_ns(self._replay.played)
+        due_ns = self._replay.due_ns(self._replay.played)
         if self._replay.played == 0 and due_ns is not None and due_ns > now_ns:
             return f"recording begins in {(due_ns - now_ns) * 1e-9:.1f} s"
         if late_ns > LATE_NS:

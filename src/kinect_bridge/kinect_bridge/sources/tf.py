@@ -143,7 +143,7 @@ class TfSource(TopicSource):
 
     def _person(self, name: str, frames: dict[int, str]) -> Person:
         root = self._root or self._find_root(next(iter(frames.values())))
-        positions = np.full((len(self.joint_map.joints), 3), np.nan)
+        positions = self.no_places()
         for joint, frame in frames.items():
             positions[joint] = self._tree.place(frame, root)
         return Person(id=name, positions=positions)

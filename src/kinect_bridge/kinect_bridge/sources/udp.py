@@ -6,14 +6,14 @@ accepted: the first, until it is silent for two seconds.
 
 import ipaddress
 import socket
-import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
 
 import msgspec
 
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.datagram import MAX_BYTES, VERSION, decode, to_person
-from kinect_bridge.sources.live import SILENCE_NS, LiveSource
+from kinect_bridge.sources.live import SILENCE_NS, ThreadedSource
 from pose_core.errors import InputError, ParameterError
 from pose_io.recordings.joint_map_files import find_joint_map
 
@@ -35,7 +35,7 @@ COUNTERS = (
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 
-class UdpSource(LiveSource):
+class UdpSource(ThreadedSource):
     """Source of datagrams.
 
     Raises:
@@ -54,29 +54,14 @@ class UdpSource(LiveSource):
         joint_map = find_joint_map(parameters.joint_map or "pose_15")
         self._socket = _bound_socket(address, parameters.udp_port)
         host, port = self._socket.getsockname()[:2]
-        super().__init__("udp", f"{host}:{port}", joint_map, on_host_clock=False, counters=COUNTERS)
-        self._ends = threading.Event()
-        self._thread: threading.Thread | None = None
+        super().__init__("udp", f"{host}:{port}", joint_map, COUNTERS)
         self._sender: tuple[object, ...] | None = None
         self._sender_ns = 0
         self._sequence: int | None = None
 
-    @property
-    def port(self) -> int:
-        """The port of the socket."""
-        return int(self._socket.getsockname()[1])
-
-    def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
-        """Receive datagrams in a thread."""
-        super().start(now_ns, wake)
-        self._thread = threading.Thread(target=self._listen, name="udp", daemon=True)
-        self._thread.start()
-
     def close(self) -> None:
         """End the thread and free the port."""
-        self._ends.set()
-        if self._thread is not None:
-            self._thread.join()
+        super().close()
         self._socket.close()
 
     def details(self) -> Mapping[str, object]:
@@ -84,15 +69,11 @@ class UdpSource(LiveSource):
         sender = self._sender
         return {"sender": "" if sender is None else f"{sender[0]}:{sender[1]}"}
 
-    def _listen(self) -> None:
+    def _run(self) -> None:
         while not self._ends.is_set():
-            try:
-                data, sender = self._socket.recvfrom(MAX_BYTES + 1)
-            except TimeoutError:
-                continue
-            except OSError:  # an ICMP message after the sender has ended
-                continue
-            self.hear(data, sender)
+            # A timeout, or an ICMP message after the sender has ended.
+            with suppress(OSError):
+                self.hear(*self._socket.recvfrom(MAX_BYTES + 1))
 
     def hear(self, data: bytes, sender: tuple[object, ...]) -> None:
         """Process one datagram."""

@@ -1,7 +1,6 @@
 """The picture that ``inspect`` draws of a recording's first frame."""
 
 import itertools
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +70,7 @@ def _draw(axes: Axes, stream: SensorStream, view: tuple[str, int, int]) -> None:
 def _draw_person(axes: Axes, places: FloatArray, states: StateArray) -> None:
     """Draw bones in the colours of the sides, dashed if a joint is not TRACKED."""
     for start, end, side in BONES:
-        ends: Sequence[int] = (JOINT_INDEX[start], JOINT_INDEX[end])
-        tracked = (states[list(ends)] == TrackingState.TRACKED).all()
-        x, y = places[list(ends)].T
+        ends = [JOINT_INDEX[start], JOINT_INDEX[end]]
+        tracked = (states[ends] == TrackingState.TRACKED).all()
+        x, y = places[ends].T
         axes.plot(x, y, "o-" if tracked else "o--", color=COLOURS[side], markersize=3)

@@ -14,9 +14,7 @@ from pose_calibration.board.collecting import BoardCollector
 from pose_calibration.board.images import grey_from_message
 from pose_core.errors import InputError
 from pose_core.stamps import nanoseconds
-from pose_node.nodes.running import node_of_tool
-
-SPIN_S = 0.1
+from pose_node.nodes.running import node_of_tool, spin_until
 
 
 class BoardImagesNode(Node):
@@ -40,30 +38,26 @@ class BoardImagesNode(Node):
         self.cameras: dict[str, Camera] = {}
         self.malformed = ""  # why the last unusable message was rejected
         for camera, topic in topics.items():
-            for message_type, name in ((Image, topic), (CompressedImage, f"{topic}/compressed")):
-                self.create_subscription(
-                    message_type, name, partial(self._on_image, camera), qos_profile_sensor_data
-                )
-            self.create_subscription(
-                CameraInfo,
-                info_topics[camera],
-                partial(self._on_info, camera),
-                qos_profile_sensor_data,
-            )
+            for message_type, name, receive in (
+                (Image, topic, self._on_image),
+                (CompressedImage, f"{topic}/compressed", self._on_image),
+                (CameraInfo, info_topics[camera], self._on_info),
+            ):
+                callback = partial(self._receive, receive, camera)
+                self.create_subscription(message_type, name, callback, qos_profile_sensor_data)
+
+    def _receive(self, receive: Callable[[str, Any], None], camera: str, message: Any) -> None:
+        try:
+            receive(camera, message)
+        except InputError as error:
+            self.malformed = f"'{camera}': {error}"
 
     def _on_image(self, camera: str, message: Any) -> None:
-        try:
-            image = grey_from_message(message)
-        except InputError as error:
-            self.malformed = f"'{camera}': {error}"
-            return
-        self._collector.add(camera, nanoseconds(message.header.stamp), image)
+        stamp_ns = nanoseconds(message.header.stamp)
+        self._collector.add(camera, stamp_ns, grey_from_message(message))
 
     def _on_info(self, camera: str, message: CameraInfo) -> None:
-        try:
-            self.cameras[camera] = camera_from_info(message)
-        except InputError as error:
-            self.malformed = f"'{camera}': {error}"
+        self.cameras[camera] = camera_from_info(message)
 
 
 def collect_live(
@@ -88,7 +82,7 @@ def collect_live(
     # After an interruption, the collected views may suffice.
     with suppress(KeyboardInterrupt), node_of_tool(make) as (node, executor):
         cameras = node.cameras
-        while collector.missing:
-            executor.spin_once(timeout_sec=SPIN_S)
-            on_progress(node.malformed)
+        spin_until(
+            executor, lambda: not collector.missing, on_progress=lambda: on_progress(node.malformed)
+        )
     return cameras

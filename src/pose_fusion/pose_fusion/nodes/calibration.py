@@ -20,11 +20,7 @@ from pose_core.api import Clock, Clocks, Extrinsics
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENT_ENDS
-from pose_fusion.conversions import (
-    to_clock_messages,
-    to_extrinsics_messages,
-    to_static_tf,
-)
+from pose_fusion.conversions import to_clock_messages, to_extrinsics_messages, to_static_tf
 from pose_fusion.nodes.calibration_report import calibration_report
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.services import offer_trigger
@@ -33,7 +29,7 @@ from pose_fusion.sample_reader import read_imus
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.names import imu_topic, sensor_frame, skeletons_topic
 from pose_node.kept import kept_file
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
@@ -67,7 +63,10 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         if self._file is not None and self._file.exists():
             known = load_extrinsics_of(self._file, parameters.sensors)
         self._kept = kept_file(self.get_fully_qualified_name(), parameters.run)
-        kept = None if known is not None else load_kept(self._kept, parameters.sensors)
+        kept = None
+        if known is None and self._kept is not None and self._kept.exists():
+            with suppress(InputError):  # of other sensors, for example
+                kept = load_extrinsics_of(self._kept, parameters.sensors)
         self.calibration = LiveCalibration(parameters, known or kept)
         if kept is not None and kept.body is None:  # not the final solution, which has a body
             self.calibration.restart()  # these are used until better ones are found
@@ -106,12 +105,6 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         """Discard the samples, whose stamps will be repeated; keep the calibration."""
         self.calibration.restart_time()
 
-    def deactivate(self) -> None:
-        """Keep the calibration."""
-
-    def cleanup(self) -> None:
-        """The calibration is replaced at the next configuration; its file is kept."""
-
     def _take(self) -> None:
         """Read all received messages; end if deaf."""
         self._standstill.check()
@@ -141,7 +134,9 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             self._publish_clocks(clocks)
         if extrinsics is not None:
             self._publish(extrinsics)
-            keep(self._kept, extrinsics)
+            if self._kept is not None:
+                with suppress(InputError):
+                    save_extrinsics(self._kept, extrinsics)
             if self._file is not None:
                 self._save(self._file, extrinsics)
 
@@ -174,16 +169,15 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         for message in to_clock_messages(published, stamp_ns):
             self._clock_publisher.publish(message)
 
-    def _save(self, file: Path, extrinsics: Extrinsics) -> bool:
+    def _save(self, file: Path, extrinsics: Extrinsics) -> None:
         try:
             save_extrinsics(file, extrinsics)
         except InputError as error:
             self._trouble = str(error)
             self.get_logger().error(self._trouble)
-            return False
-        self._trouble = ""
-        self.get_logger().info(f"saved {file}")
-        return True
+        else:
+            self._trouble = ""
+            self.get_logger().info(f"saved {file}")
 
     def _on_calibrate(self) -> tuple[bool, str]:
         self.calibration.restart()
@@ -199,29 +193,12 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             return False, "no file to save to: start the node with the parameter 'file'"
         if extrinsics is None:
             return False, f"nothing to save yet: {self.calibration.status}"
-        is_saved = self._save(self._file, extrinsics)
-        return is_saved, f"saved {self._file}" if is_saved else self._trouble
+        self._save(self._file, extrinsics)
+        return not self._trouble, self._trouble or f"saved {self._file}"
 
     def report(self) -> Report:
         """Progress and accuracy of the calibration."""
         return calibration_report(self.calibration, self._counters, self._trouble)
-
-
-def load_kept(path: Path | None, sensors: Sequence[str]) -> Extrinsics | None:
-    """Result of this node before a crash; None if there is none that fits."""
-    if path is None or not path.exists():
-        return None
-    try:
-        return load_extrinsics_of(path, sensors)
-    except InputError:
-        return None
-
-
-def keep(path: Path | None, extrinsics: Extrinsics) -> None:
-    """Save the result for a restart after a crash; a failure to save is ignored."""
-    if path is not None:
-        with suppress(InputError):
-            save_extrinsics(path, extrinsics)
 
 
 def main() -> None:

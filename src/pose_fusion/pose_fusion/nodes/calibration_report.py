@@ -6,8 +6,7 @@ from pose_calibration.live.live_calibration import CalibrationState, LiveCalibra
 from pose_core.api import Extrinsics
 from pose_core.counters import Counters
 from pose_fusion.calibration_lines import scale_lines
-from pose_node.level import Level
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Level, Report
 
 
 def calibration_report(calibration: LiveCalibration, counters: Counters, trouble: str) -> Report:

@@ -44,7 +44,7 @@ from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import unused_sensors
 from pose_node.kept import Kept, kept_file
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
@@ -115,9 +115,6 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         if not self.settings.extrinsics_file:
             self.create_subscription(TFMessage, "tf_static", self._on_tf_static, LATCHED_QOS)
         self.create_subscription(TimeReference, "clock_offsets", self._on_clock, LATCHED_QOS)
-
-    def deactivate(self) -> None:
-        """Keep the pipeline, with extrinsics, body shape and IMU alignments."""
 
     def cleanup(self) -> None:
         """Also destroy the publishers of people who appeared after configuring."""

@@ -7,8 +7,7 @@ import numpy as np
 from pose_core.api import IMUS, PeoplePipeline
 from pose_fusion.sample_reader import SampleReader
 from pose_fusion.watching.cameras import MISSED_CHECKS, UNDECIDED
-from pose_node.level import Level
-from pose_node.nodes.diagnostics import Report
+from pose_node.node_status import Level, Report
 
 
 class FusionReporter:

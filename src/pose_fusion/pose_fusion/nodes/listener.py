@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -21,11 +22,7 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import serialized_ns
 from pose_fusion.nodes import qos
-from pose_fusion.watching.observation import (
-    GraphSnapshot,
-    TopicWatch,
-    TrackingWatch,
-)
+from pose_fusion.watching.observation import GraphSnapshot, TopicWatch, TrackingWatch
 from pose_io.names import SKELETON_ARRAY, TF_STATIC
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import StaticTransforms
@@ -33,7 +30,7 @@ from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
 from pose_node.conversions import to_node_status
 from pose_node.node_status import NodeStatus
 from pose_node.nodes.message_types import message_class
-from pose_node.nodes.running import node_of_tool
+from pose_node.nodes.running import node_of_tool, spin_until
 
 DISCOVERY_S = 0.3  # [s] between searches for new topics
 DEPTH = 200  # [messages]
@@ -64,7 +61,7 @@ class GraphListener(Node):
     def snapshot(self) -> GraphSnapshot:
         """The present state of the graph."""
         now_ns = time.time_ns()
-        statuses = sorted(self._statuses.values(), key=lambda status: status.name)
+        statuses = sorted(self._statuses.values(), key=attrgetter("name"))
         latencies = np.array(self._latencies)
         return GraphSnapshot(
             topics=tuple(
@@ -105,18 +102,15 @@ class GraphListener(Node):
 
     def _reader_of(self, topic: str, msgtype: str) -> Callable[[str, Any], None] | None:
         """The function that reads a topic's messages, if there is one."""
-        match = BODY_TOPIC.search(topic)
-        leaf = match["leaf"] if match else ""
-        if msgtype == SKELETON_ARRAY:
-            return self._on_skeletons
-        readers: dict[tuple[str, str], Callable[[str, Any], None]] = {
-            ("skeleton", "pose_msgs/msg/Skeleton"): self._on_skeleton,
-            ("estimate", "pose_msgs/msg/PoseEstimate"): self._on_estimate,
-            ("", "diagnostic_msgs/msg/DiagnosticArray"): self._on_diagnostics,
+        readers: dict[str, Callable[[str, Any], None]] = {
+            SKELETON_ARRAY: self._on_skeletons,
+            "pose_msgs/msg/Skeleton": self._on_skeleton,
+            "pose_msgs/msg/PoseEstimate": self._on_estimate,
+            "diagnostic_msgs/msg/DiagnosticArray": self._on_diagnostics,
         }
-        if topic.endswith(TF_STATIC) and msgtype == "tf2_msgs/msg/TFMessage":
-            return self._on_tf_static
-        return readers.get((leaf, msgtype))
+        if topic.endswith(TF_STATIC):
+            readers["tf2_msgs/msg/TFMessage"] = self._on_tf_static
+        return readers.get(msgtype)
 
     def _on_message(
         self, topic: str, kind: Any, read: Callable[[str, Any], None] | None, data: bytes
@@ -169,9 +163,7 @@ class GraphListener(Node):
 def listen(duration_s: float) -> GraphSnapshot:
     """Listen to the graph for a while, with a separate node."""
     with node_of_tool(lambda: GraphListener("doctor")) as (node, executor):
-        end_s = time.monotonic() + duration_s
-        while rclpy.ok() and (left_s := end_s - time.monotonic()) > 0.0:
-            executor.spin_once(timeout_sec=min(left_s, 0.1))
+        spin_until(executor, lambda: not rclpy.ok(), duration_s)
         return node.snapshot()
 
 

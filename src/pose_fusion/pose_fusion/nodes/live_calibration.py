@@ -1,6 +1,5 @@
 """The calibration node run until it is done, for ``./pose calibrate live``."""
 
-import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
@@ -11,15 +10,11 @@ from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import Extrinsics
 from pose_fusion.nodes.calibration import CalibrationNode
 from pose_node.nodes.declaring import overrides_of
-from pose_node.nodes.running import node_of_tool
-
-SPIN_S = 0.1
+from pose_node.nodes.running import node_of_tool, spin_until
 
 
 def calibrate_live(
-    options: Mapping[str, Any],
-    timeout_s: float,
-    on_progress: Callable[[LiveCalibration], None],
+    options: Mapping[str, Any], timeout_s: float, on_progress: Callable[[LiveCalibration], None]
 ) -> Extrinsics:
     """Calibrate from the running sensors.
 
@@ -33,10 +28,12 @@ def calibrate_live(
     """
     overrides = overrides_of(LiveCalibrationParameters, options)
     with node_of_tool(partial(CalibrationNode, parameter_overrides=overrides)) as (node, executor):
-        deadline = time.monotonic() + timeout_s
-        while not node.calibration.is_finished and time.monotonic() < deadline:
-            executor.spin_once(timeout_sec=SPIN_S)
-            on_progress(node.calibration)
+        spin_until(
+            executor,
+            lambda: node.calibration.is_finished,
+            timeout_s,
+            lambda: on_progress(node.calibration),
+        )
         found, sensors = node.calibration.extrinsics, node.calibration.parameters.sensors
         if found is None or set(found.sensors) != set(sensors):
             missing = node.calibration.missing

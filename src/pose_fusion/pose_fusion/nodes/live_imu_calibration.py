@@ -1,6 +1,5 @@
 """The IMUs' calibration with the running sensors, for ``./pose calibrate imu``."""
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -33,10 +32,8 @@ from pose_io.names import imu_topic, skeletons_topic
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import StaticTransforms
 from pose_node.nodes.qos import latched, sensor_data
-from pose_node.nodes.running import node_of_tool
+from pose_node.nodes.running import node_of_tool, spin_until
 
-SPIN_S = 0.1
-SHOW_S = 0.3  # [s] between two progress reports
 DEPTH = 50  # [messages]
 SENSOR_QOS = sensor_data(DEPTH)
 
@@ -168,15 +165,12 @@ def calibrate_imus_live(
     """
     make = partial(ImuCalibrationNode, parameters, extrinsics)
     with node_of_tool(make) as (node, executor):
-        deadline = time.monotonic() + timeout_s
-        show_at = 0.0
-        while (now := time.monotonic()) < deadline:
-            executor.spin_once(timeout_sec=SPIN_S)
-            if now >= show_at:
-                show_at = now + SHOW_S
-                on_progress(node.progress, node.missing)
-            if node.calibration is not None and node.calibration.phase is Phase.DONE:
-                break
+        spin_until(
+            executor,
+            lambda: node.calibration is not None and node.calibration.phase is Phase.DONE,
+            timeout_s,
+            lambda: on_progress(node.progress, node.missing),
+        )
         if node.calibration is None or node.extrinsics is None:
             raise CalibrationError(f"not calibrated within {timeout_s:.0f} s: {node.missing}")
         unused = [f"{count} {why}" for why, count in node.counters.as_dict().items() if count]

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import Log, ParameterEvent
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -15,21 +17,21 @@ from rclpy.publisher import Publisher
 from rclpy.qos import ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
 from rosgraph_msgs.msg import Clock
+from tf2_msgs.msg import TFMessage
 
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments
 from pose_core.stamps import NS_PER_S
 from pose_fusion.nodes import qos
-from pose_fusion.nodes.other_publishers import warn_of_others
 from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_io.bags import BagMessage, open_bag
 from pose_io.playback import PlaybackClock, Playlist
 from pose_node.conversions import ns_to_stamp
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import accept_changes, declare_parameters, overrides_of
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
@@ -42,6 +44,7 @@ ACKNOWLEDGE_S = 2.0  # [s] that subscribers may take to receive the last message
 PROGRESS_PERIOD_S = 0.5  # in a terminal
 LOGGED_PERIOD_S = 10.0  # elsewhere
 CHECK_PERIOD_S = 1.0  # between checks for other publishers
+MANY_PUBLISH = (TFMessage, DiagnosticArray, Log, ParameterEvent)  # in any graph
 CLOCK = "/clock"
 CLOCK_PERIOD_NS = 5_000_000  # [ns] largest interval of /clock in the machine's time
 
@@ -51,8 +54,9 @@ class Player(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("player", **options)
-        changes = {"rate": self._change_rate, "start_offset": self._seek}
-        self._settings = declare_parameters(self, PlayerParameters, changeable=changes)
+        self._settings = declare_parameters(
+            self, PlayerParameters, changeable=("rate", "start_offset")
+        )
         if not self._settings.bag:
             raise ParameterError("bag is not set: name the bag to play")
         self._bag = open_bag(Path(self._settings.bag))
@@ -79,7 +83,7 @@ class Player(Node):
         steady_timer(self, period_s, self._show_progress if in_terminal else self._log_progress)
         steady_timer(self, CHECK_PERIOD_S, self._check_publishers)
         self._timer = steady_timer(self, POLL_S, self._step)
-        accept_changes(self, PlayerParameters, changes)
+        accept_changes(self, PlayerParameters, self._change)
         self._step()
 
     def _make_publishers(self) -> dict[str, Publisher]:
@@ -101,8 +105,8 @@ class Player(Node):
         return publishers
 
     def _check_publishers(self) -> None:
-        before, publishers = self._warning, self._bag_publishers.values()
-        self._warning = warn_of_others(self, publishers, "--topics names those to play")
+        before = self._warning
+        self._warning = warn_of_others(self, self._bag_publishers.values())
         if self._warning not in ("", before):
             self.get_logger().warning(self._warning)
 
@@ -149,10 +153,7 @@ class Player(Node):
         parameters = self._settings
         self._publish(self._playlist.rewind())
         self._playback = PlaybackClock(
-            self._playlist.start_ns,
-            self._rate,
-            paused=parameters.start_paused,
-            now_ns=now_ns,
+            self._playlist.start_ns, self._rate, paused=parameters.start_paused, now_ns=now_ns
         )
         self.get_logger().info(
             f"playing {self._bag.path}: {len(self._bag_publishers)} topics,"
@@ -201,10 +202,13 @@ class Player(Node):
 
     # -- parameters that change while it plays ---------------------------------------------------
 
-    def _change_rate(self, rate: float) -> None:
-        self._rate = rate
-        if self._playback is not None:
-            self._playback.change_rate(rate, time.monotonic_ns())
+    def _change(self, values: dict[str, float]) -> None:
+        if "rate" in values:
+            self._rate = values["rate"]
+            if self._playback is not None:
+                self._playback.change_rate(self._rate, time.monotonic_ns())
+        if "start_offset" in values:
+            self._seek(values["start_offset"])
 
     def _seek(self, offset_s: float) -> None:
         """Jump to a position, forward or back; later rounds of a loop start there, too."""
@@ -274,6 +278,19 @@ class Player(Node):
         if sys.stderr.isatty():
             sys.stderr.write("\r\033[K")
         super().destroy_node()
+
+
+def warn_of_others(node: Node, publishers: Iterable[Publisher]) -> str:
+    """Warning that names the topics which others publish, too; empty: there are none."""
+    shared = [
+        publisher.topic_name
+        for publisher in publishers
+        if publisher.msg_type not in MANY_PUBLISH
+        and node.count_publishers(publisher.topic_name) > 1
+    ]
+    if not shared:
+        return ""
+    return f"others publish too: {', '.join(shared)}; --topics names those to play"
 
 
 def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:

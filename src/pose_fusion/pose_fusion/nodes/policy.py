@@ -3,7 +3,6 @@
 import argparse
 import time
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,19 +13,16 @@ from pose_node.command_line import run_tool
 from pose_node.nodes.running import node_of_tool
 
 VERSION = "0.2.0"  # of sros2's policy schema
-
-
 LOOKED_S = 3.0  # [s] of discovery
-
-
-@dataclass(frozen=True, kw_only=True)
-class NodeUse:
-    """One node's topics and services, fully qualified."""
-
-    publishes: Collection[str] = ()
-    subscribes: Collection[str] = ()
-    replies: Collection[str] = ()
-    requests: Collection[str] = ()
+RIGHTS = {
+    ("topic", "publish"): Node.get_publisher_names_and_types_by_node,
+    ("topic", "subscribe"): Node.get_subscriber_names_and_types_by_node,
+    ("service", "reply"): Node.get_service_names_and_types_by_node,
+    ("service", "request"): Node.get_client_names_and_types_by_node,
+}
+"""Functions that list the names which a node uses with a right to a kind of names."""
+NodeUse = Mapping[tuple[str, str], Collection[str]]
+"""One node's names, fully qualified, by the keys of :data:`RIGHTS`."""
 
 
 def policy_xml(nodes: Mapping[tuple[str, str], NodeUse], enclave: str) -> str:
@@ -36,45 +32,29 @@ def policy_xml(nodes: Mapping[tuple[str, str], NodeUse], enclave: str) -> str:
     profiles = ElementTree.SubElement(
         ElementTree.SubElement(enclaves, "enclave", path=enclave), "profiles"
     )
-    for (namespace, name), use in sorted(nodes.items()):
+    for namespace, name in sorted(nodes):
         profile = ElementTree.SubElement(profiles, "profile", ns=namespace, node=name)
-        _rule(profile, namespace, "topic", "publish", use.publishes)
-        _rule(profile, namespace, "topic", "subscribe", use.subscribes)
-        _rule(profile, namespace, "service", "reply", use.replies)
-        _rule(profile, namespace, "service", "request", use.requests)
+        prefix = namespace.rstrip("/") + "/"
+        for (kind, right), names in nodes[namespace, name].items():
+            if names:
+                rule = ElementTree.SubElement(profile, f"{kind}s", {right: "ALLOW"})
+            # Relative to the node's namespace where they are within it, as sros2 writes them.
+            for each in sorted({each.removeprefix(prefix) for each in names}):
+                ElementTree.SubElement(rule, kind).text = each
     ElementTree.indent(policy)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(policy, "unicode")
 
 
-def _rule(
-    profile: ElementTree.Element, namespace: str, kind: str, does: str, names: Collection[str]
-) -> None:
-    if not names:
-        return
-    rule = ElementTree.SubElement(profile, f"{kind}s", {does: "ALLOW"})
-    prefix = namespace.rstrip("/") + "/"
-    # Relative to the node's namespace where they are within it, as sros2 writes them.
-    for name in sorted({name.removeprefix(prefix) for name in names}):
-        ElementTree.SubElement(rule, kind).text = name
-
-
 def graph_of(node: Node) -> dict[tuple[str, str], NodeUse]:
     """Topics and services of the other nodes of the graph, by namespace and name."""
-    found = {}
-    for name, namespace in set(node.get_node_names_and_namespaces()):
-        if name == node.get_name() or name.startswith("_"):
-            continue
-        found[namespace, name] = NodeUse(
-            publishes=_names(node.get_publisher_names_and_types_by_node(name, namespace)),
-            subscribes=_names(node.get_subscriber_names_and_types_by_node(name, namespace)),
-            replies=_names(node.get_service_names_and_types_by_node(name, namespace)),
-            requests=_names(node.get_client_names_and_types_by_node(name, namespace)),
-        )
-    return found
-
-
-def _names(found: list[tuple[str, list[str]]]) -> tuple[str, ...]:
-    return tuple(name for name, _ in found)
+    return {
+        (namespace, name): {
+            right: [each for each, _ in names_of(node, name, namespace)]
+            for right, names_of in RIGHTS.items()
+        }
+        for name, namespace in set(node.get_node_names_and_namespaces())
+        if name != node.get_name() and not name.startswith("_")
+    }
 
 
 def make_parser() -> argparse.ArgumentParser:

@@ -22,9 +22,8 @@ from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.continued import ContinuedRecording
 from pose_fusion.recording.growing_bag import dated_path, was_cut_short
 from pose_fusion.recording.recorder_parameters import RecorderParameters
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import overrides_of
-from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import RCLError, run_node
@@ -72,16 +71,13 @@ class Recorder(ManagedNode[RecorderParameters]):
             # Also after the shutdown of ROS, when loggers do not print.
             print(f"recorder: {self._finish()}", flush=True)
 
-    def cleanup(self) -> None:
-        """Do nothing: there is no state."""
-
     # -- bags -----------------------------------------------------------------------------------
 
     def _begin(self) -> Path:
         """Begin the next bag of the series, and return it."""
         self._recording = ContinuedRecording(self._output, self.settings)
         self._discover()
-        path = self._recording.path
+        path = self._recording.bag.path
         reason = "" if path == self._output else f": {self._output} exists already"
         what = ", ".join(self._wanted) or "every topic"
         self.get_logger().info(f"recording {what} into {path}{reason}")
@@ -97,12 +93,12 @@ class Recorder(ManagedNode[RecorderParameters]):
             self._unsubscribe(topic)
         self._refused.clear()
         recording.close()
-        count, path = recording.message_count, recording.path
+        count, path = recording.message_count, recording.bag.path
         return f"{count} messages in {path}" if count else "no messages, nothing is left"
 
     def _on_start(self) -> tuple[bool, str]:
         if self._recording is not None:
-            return False, f"already recording into {self._recording.path}"
+            return False, f"already recording into {self._recording.bag.path}"
         try:
             path = self._begin()
         except InputError as error:
@@ -130,7 +126,7 @@ class Recorder(ManagedNode[RecorderParameters]):
         if trouble:
             self.get_logger().error(f"{trouble}; it will be tried again")
         elif self._recording is not None:
-            self.get_logger().info(f"the recording continues in {self._recording.path}")
+            self.get_logger().info(f"the recording continues in {self._recording.bag.path}")
         self.diagnostics.publish()
 
     # -- topics ---------------------------------------------------------------------------------
@@ -159,7 +155,10 @@ class Recorder(ManagedNode[RecorderParameters]):
             current = self._queues.get(topic)
             if current is None:
                 self._start_topic(topic, types, offered, profile)
-            elif _asks_more(current.subscription.qos_profile, profile):
+                continue
+            before = current.subscription.qos_profile
+            if (before.reliability, before.durability) != (profile.reliability, profile.durability):
+                # It no longer receives from every publisher.
                 self._take()
                 self._unsubscribe(topic)
                 self._subscribe(topic, types[0], profile)
@@ -226,9 +225,9 @@ class Recorder(ManagedNode[RecorderParameters]):
             return Report(level=Level.OK, message="not recording", values={"bag": ""})
         for queue in self._queues.values():
             self._counters.add("lost_messages", queue.take_lost())
-        counts = recording.counts
+        counts = recording.bag.counts
         missing = [topic for topic in self._wanted if not counts.get(topic)]
-        level, message = Level.OK, f"recording {len(counts)} topics into {recording.path}"
+        level, message = Level.OK, f"recording {len(counts)} topics into {recording.bag.path}"
         if missing:
             level, message = Level.WARN, f"nothing yet from {', '.join(missing)}"
         if self._refused:
@@ -238,21 +237,13 @@ class Recorder(ManagedNode[RecorderParameters]):
         elif self._counters["lost_messages"]:
             level, message = Level.WARN, "messages were lost: the machine is too busy"
         values = {
-            "bag": recording.path,
+            "bag": recording.bag.path,
             "bags": recording.bags,
             "messages": recording.message_count,
             **self._counters.as_dict(),
             "refused_topics": len(self._refused),
         }
         return Report(level=level, message=message, values={**values, **counts})
-
-
-def _asks_more(current: QoSProfile, possible: QoSProfile) -> bool:
-    """Whether a subscription no longer receives from every publisher."""
-    return (current.reliability, current.durability) != (
-        possible.reliability,
-        possible.durability,
-    )
 
 
 def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:

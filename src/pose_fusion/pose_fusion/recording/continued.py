@@ -21,7 +21,7 @@ class ContinuedRecording:
     """A series of bags: ``bag``, ``bag-2``, …, each complete by itself.
 
     A full disk, or a removed folder, ends a bag, not the recording: :attr:`trouble` gives the
-    reason, and a new bag is tried.
+    reason, and a new bag is tried. The current one is :attr:`bag`.
 
     Args:
         first: The series' first folder; bags that exist are kept, and followed by the next number.
@@ -42,7 +42,7 @@ class ContinuedRecording:
         self._messages_before = 0
         self.trouble = ""
         self.bags = 1
-        self._recording = self._begin()
+        self.bag = self._begin()
 
     def _begin(self) -> GrowingBag:
         self._begun_s = time.monotonic()
@@ -52,27 +52,17 @@ class ContinuedRecording:
                 return GrowingBag(path, self._settings.storage, least_free=self._least_free)
 
     @property
-    def path(self) -> Path:
-        """The current bag."""
-        return self._recording.path
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Messages by topic, of the current bag."""
-        return self._recording.counts
-
-    @property
     def message_count(self) -> int:
         """Messages in all bags."""
-        return self._messages_before + self._recording.message_count
+        return self._messages_before + self.bag.message_count
 
     def add_topic(self, topic: str, msgtype: str, offered: list[Qos]) -> None:
         """Declare a topic, see :meth:`GrowingBag.add_topic`."""
         self._topics[topic] = (msgtype, offered)
         if any(one.durability == QosDurability.TRANSIENT_LOCAL for one in offered):
             self._latched.setdefault(topic, deque(maxlen=LATCHED_KEPT))
-        if not self._recording.is_over:
-            self._recording.add_topic(topic, msgtype, offered)
+        if not self.bag.is_over:
+            self.bag.add_topic(topic, msgtype, offered)
 
     def write(self, topic: str, data: bytes, stamp_ns: int) -> None:
         """Append a message; nothing while there is trouble."""
@@ -82,7 +72,7 @@ class ContinuedRecording:
         if self.trouble:
             return
         try:
-            self._recording.write(topic, data, stamp_ns)
+            self.bag.write(topic, data, stamp_ns)
         except PoseError as error:
             self._fail(error)
 
@@ -92,7 +82,7 @@ class ContinuedRecording:
             self._retry()
             return
         try:
-            self._recording.flush()
+            self.bag.flush()
             if self._is_long_enough():
                 self._go_on()
         except PoseError as error:
@@ -104,26 +94,26 @@ class ContinuedRecording:
         Raises:
             RecordingError: If the disk cannot take the rest.
         """
-        self._recording.close()
+        self.bag.close()
 
     def _is_long_enough(self) -> bool:
         size = self._settings.split_size * BYTES_PER_MB
         duration_s = self._settings.split_duration
         lasted_s = time.monotonic() - self._begun_s
-        is_large, is_long = 0.0 < size < self._recording.size, 0.0 < duration_s < lasted_s
-        return self._recording.message_count > 0 and (is_large or is_long)
+        is_large, is_long = 0.0 < size < self.bag.size, 0.0 < duration_s < lasted_s
+        return self.bag.message_count > 0 and (is_large or is_long)
 
     def _go_on(self) -> None:
         """Begin the next bag: all topics, and what latched ones said before."""
-        self._recording.close()
+        self.bag.close()
         following = self._begin()  # may fail, and be tried again
-        self._messages_before += self._recording.message_count
-        self._recording = following
+        self._messages_before += self.bag.message_count
+        self.bag = following
         self.bags += 1
         for topic, (msgtype, offered) in self._topics.items():
-            self._recording.add_topic(topic, msgtype, offered)
+            self.bag.add_topic(topic, msgtype, offered)
             for data in self._latched.get(topic, ()):
-                self._recording.write(topic, data, self._newest_ns)
+                self.bag.write(topic, data, self._newest_ns)
 
     def _fail(self, error: PoseError) -> None:
         self.trouble = str(error)

@@ -29,10 +29,7 @@ class RecorderParameters:
         limits=(0.0, math.inf),
     )
     split_duration: float = parameter(
-        0.0,
-        unit="s",
-        doc="time after which a new bag is started; 0: never",
-        limits=(0.0, math.inf),
+        0.0, unit="s", doc="time after which a new bag is started; 0: never", limits=(0.0, math.inf)
     )
     least_free_space: float = parameter(
         100.0,

@@ -21,7 +21,7 @@ from pose_core.api import IMUS, PairResiduals
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import add_arguments, from_arguments
-from pose_fusion.calibration_lines import floor_line, scale_lines, single_imu_lines
+from pose_fusion.calibration_lines import result_lines
 from pose_fusion.session_extrinsics import checked_sensors
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
@@ -61,9 +61,7 @@ def choose_sensors(bag: BagReader, wanted: Sequence[str] | None) -> tuple[str, .
 
 
 def calibrate_bag(
-    bag: BagReader,
-    sensors: Sequence[str],
-    parameters: CalibrationParameters,
+    bag: BagReader, sensors: Sequence[str], parameters: CalibrationParameters
 ) -> SessionCalibration:
     """Calibrate the session that a bag holds.
 
@@ -140,13 +138,8 @@ def main(given: list[str]) -> None:
     save_extrinsics(arguments.output, session.extrinsics)
     console = Console(soft_wrap=True)
     console.print(agreement_table(session))
-    if session.people_line:
-        print(session.people_line)
-    for line in (*scale_lines(session.extrinsics), *map(str, session.moved)):
+    imus = "" if session.imus is None else imus_line(session.imus)
+    results = result_lines(session.extrinsics, imus)
+    for line in filter(None, (session.people_line, *map(str, session.moved), *results)):
         print(line)
-    print(floor_line(session.extrinsics))
-    if session.imus is not None:
-        print(imus_line(session.imus))
-        for line in single_imu_lines(session.extrinsics.clocks):
-            print(line)
     print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")

@@ -214,8 +214,9 @@ def result_table(calibration: BoardCalibration, extrinsics: Extrinsics) -> Table
     return table
 
 
-def run(arguments: argparse.Namespace) -> None:
-    """Run the tool."""
+def main(given: list[str]) -> None:
+    """Run with the arguments that follow ``board``."""
+    arguments = make_parser().parse_args(given)
     board = Board(from_arguments(BoardParameters, arguments))
     if arguments.print is not None:
         from pose_calibration.board.printing import print_board  # slow to load
@@ -283,8 +284,3 @@ def _print_result(calibration: BoardCalibration, extrinsics: Extrinsics, found: 
             print(f"'{name}' never had the board {seen.missing_text} of its image")
     if extrinsics.floor is not None:
         print(floor_line(extrinsics))
-
-
-def main(arguments: list[str]) -> None:
-    """Run with the arguments that follow ``board``."""
-    run(make_parser().parse_args(arguments))

@@ -75,10 +75,7 @@ def calibrate_bag(
     """
     calibration = ImuCalibration(parameters, extrinsics)
     samples = BagSamples(
-        bag,
-        parameters.person,
-        lambda share: show(share, "reading"),
-        extrinsics=extrinsics,
+        bag, parameters.person, lambda share: show(share, "reading"), extrinsics=extrinsics
     )
     for sample in samples:
         calibration.add(sample)

@@ -12,7 +12,7 @@ from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments
-from pose_fusion.calibration_lines import floor_line, scale_lines, single_imu_lines
+from pose_fusion.calibration_lines import result_lines
 from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
@@ -52,14 +52,10 @@ def main(arguments: list[str]) -> None:
             f"{np.degrees(pair.rotation_stddev):.2f} deg, agrees with '{pair.partner}' within "
             f"{pair.median * 100.0:.1f} cm, clock {ahead_ms:.0f} ms ahead"
         )
-    for line in scale_lines(extrinsics):
+    clock, imus = extrinsics.clocks.get(IMUS), ""
+    if clock is not None:
+        ahead = f"{clock.offset_ns * 1e-6:.0f} ± {clock.stddev_s * 1e3:.0f} ms"
+        imus = f"the IMUs' clock is {ahead} ahead"
+    for line in result_lines(extrinsics, imus):
         print(line)
-    imus = extrinsics.clocks.get(IMUS)
-    if imus is not None:
-        ahead = f"{imus.offset_ns * 1e-6:.0f} ± {imus.stddev_s * 1e3:.0f} ms"
-        print(f"the IMUs' clock is {ahead} ahead")
-    for line in single_imu_lines(extrinsics.clocks):
-        print(line)
-    if extrinsics.floor is not None:
-        print(floor_line(extrinsics))
     print(f"{given.output}: {', '.join(extrinsics.sensors)}")

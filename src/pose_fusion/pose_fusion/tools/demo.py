@@ -32,14 +32,6 @@ def main() -> None:
     run_tool(run)
 
 
-def run() -> None:
-    """Run the demo."""
-    options = _parser().parse_args()
-    console = Console(highlight=False, soft_wrap=True)
-    recording = None if options.recording is None else inspect_recording(options.recording)
-    _demo(options, recording, console)
-
-
 def inspect_recording(path: Path) -> dict[str, Any]:
     """Summary of a recording by ``inspect``, checked for the demo.
 
@@ -58,7 +50,11 @@ def inspect_recording(path: Path) -> dict[str, Any]:
     return description
 
 
-def _demo(options: argparse.Namespace, recording: dict[str, Any] | None, console: Console) -> None:
+def run() -> None:
+    """Run the demo."""
+    options = _parser().parse_args()
+    console = Console(highlight=False, soft_wrap=True)
+    recording = None if options.recording is None else inspect_recording(options.recording)
     folder = _output_folder(options)
     folder.mkdir(parents=True)
     try:

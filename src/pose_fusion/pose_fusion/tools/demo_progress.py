@@ -40,12 +40,7 @@ def watch(graph: LaunchedGraph, start_at_ns: int, duration_s: float, console: Co
             shown_s = min(max(passed_s, 0.0), duration_s)
             graph.check()
             description, counts = describe(graph.nodes, passed_s, duration_s)
-            progress.update(
-                task,
-                completed=shown_s,
-                description=description,
-                counts=counts,
-            )
+            progress.update(task, completed=shown_s, description=description, counts=counts)
             if not console.is_terminal and passed_s >= next_line_s:
                 next_line_s += PLAIN_LINE_S
                 console.print(f"{description} {shown_s:.0f}/{duration_s:.0f} s  {counts}")

@@ -3,7 +3,7 @@
 import argparse
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -12,7 +12,7 @@ from rich.text import Text
 
 from pose_core.errors import InputError
 from pose_fusion.watching.devices import device_findings, kinects, serial_ports
-from pose_fusion.watching.findings import GRAPH, Finding, Verdict, graph_findings
+from pose_fusion.watching.findings import Finding, Verdict, graph_findings, wrong
 from pose_fusion.watching.machine import machine_findings
 from pose_io.bag_repair import Condition, examine, mcap_file, repair
 from pose_io.bags import open_bag
@@ -123,7 +123,7 @@ def look_at_graph(duration_s: float) -> list[Finding]:
     except Exception as error:  # a broken installation may raise any exception
         reason = " ".join(str(error).split()) or type(error).__name__
         return [
-            GRAPH.wrong(
+            wrong(
                 "ROS",
                 f"a node cannot start: {reason}",
                 "./pose build; is RMW_IMPLEMENTATION one that is installed?",
@@ -131,19 +131,17 @@ def look_at_graph(duration_s: float) -> list[Finding]:
         ]
 
 
-def as_table(findings: Sequence[Finding]) -> Table:
-    """One line per finding, with its remedy below."""
+def as_table(findings: Mapping[str, Sequence[Finding]]) -> Table:
+    """One line per finding, by area, with its remedy below."""
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), show_header=False)
     for _ in range(3):
         table.add_column(overflow="fold")
-    area = ""
-    for finding in findings:
-        if finding.area != area:
-            area = finding.area
-            table.add_row("", Text(area, "bold"), "")
-        table.add_row(MARKS[finding.verdict], finding.subject, Text(finding.found))
-        if finding.remedy:
-            table.add_row("", "", Text(f"→ {finding.remedy}", "italic"))
+    for area, found in findings.items():
+        table.add_row("", Text(area, "bold"), "")
+        for finding in found:
+            table.add_row(MARKS[finding.verdict], finding.subject, Text(finding.found))
+            if finding.remedy:
+                table.add_row("", "", Text(f"→ {finding.remedy}", "italic"))
     return table
 
 
@@ -155,21 +153,25 @@ def run() -> int:
     if options.output is not None:
         raise InputError("--output is of no use without BAG: name the recording to mend")
     errors = Console(stderr=True)
-    findings = list(machine_findings(Path.cwd(), os.environ))
+    findings = {"machine": list(machine_findings(Path.cwd(), os.environ))}
     if options.listen > 0.0:
         with errors.status(f"listening to the graph for {options.listen:g} s"):
-            findings += look_at_graph(options.listen)
-    findings += device_findings(serial_ports(), kinects())
-    wrong = [finding for finding in findings if finding.verdict is Verdict.WRONG]
+            findings["graph"] = look_at_graph(options.listen)
+    findings["devices"] = list(device_findings(serial_ports(), kinects()))
+    faults = sum(each.verdict is Verdict.WRONG for found in findings.values() for each in found)
     if options.json:
-        entries = [{**vars(finding), "verdict": finding.verdict.value} for finding in findings]
-        print(json.dumps({"wrong": len(wrong), "findings": entries}, indent=1))
+        entries = [
+            {"area": area, **vars(each), "verdict": each.verdict.value}
+            for area, found in findings.items()
+            for each in found
+        ]
+        print(json.dumps({"wrong": faults, "findings": entries}, indent=1))
     else:
         console = plain_console()
         console.print(as_table(findings))
-        summary = f"{len(wrong)} things are wrong" if len(wrong) != 1 else "1 thing is wrong"
-        console.print(f"\n{summary}" if wrong else "\nnothing is wrong")
-    return 1 if wrong else 0
+        summary = f"{faults} things are wrong" if faults != 1 else "1 thing is wrong"
+        console.print(f"\n{summary}" if faults else "\nnothing is wrong")
+    return 1 if faults else 0
 
 
 def main() -> None:

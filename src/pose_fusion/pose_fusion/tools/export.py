@@ -78,12 +78,10 @@ def summary(
     lines = [f"{arguments.output}: {len(written)} frames of '{written.body}', {spacing}"]
     lines[0] += f", {duration_s:.1f} s, {written.model.size} degrees of freedom"
     gaps = int(np.sum(written.is_gap))
-    if gaps and exporter.fills_gaps:
-        lines.append(f"{gaps} frames lie in gaps of the recording: they are interpolated")
-    elif gaps and arguments.to == "json":
-        lines.append(f"{gaps} frames lie in gaps of the recording: they are left out")
-    elif gaps:
-        lines.append(f"{gaps} frames lie in gaps of the recording: their joints are left empty")
+    if gaps:
+        what = "they are left out" if arguments.to == "json" else "their joints are left empty"
+        what = "they are interpolated" if exporter.fills_gaps else what
+        lines.append(f"{gaps} frames lie in gaps of the recording: {what}")
     residual = recorded.rigid_residual
     if exporter.rigid_bones and residual > NOTABLE_RESIDUAL:
         lines.append(
@@ -102,10 +100,7 @@ def run() -> int | None:
     if not arguments.output.parent.is_dir() or arguments.output.is_dir():
         raise InputError(f"cannot write {arguments.output}: expected a file in an existing folder")
     console = Console(stderr=True)
-    with (
-        open_bag(arguments.bag) as bag,
-        progress_bar(console, TimeRemainingColumn()) as progress,
-    ):
+    with open_bag(arguments.bag) as bag, progress_bar(console, TimeRemainingColumn()) as progress:
         task = progress.add_task("reading", total=1.0)
         recorded = read_motion(
             bag,

@@ -170,11 +170,7 @@ def fuse(
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
     gc.freeze()  # the garbage collector need not visit the imported modules again and again
     extrinsics = find_extrinsics(
-        bag,
-        parameters.sensors,
-        console,
-        parameters.extrinsics_file,
-        imus=parameters.use_imus,
+        bag, parameters.sensors, console, parameters.extrinsics_file, imus=parameters.use_imus
     )
     with (
         BagWriter(out_bag, storage) as writer,

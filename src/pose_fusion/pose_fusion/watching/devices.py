@@ -7,9 +7,8 @@ from pathlib import Path
 
 from serial.tools import list_ports
 
-from pose_fusion.watching.findings import Area, Finding
+from pose_fusion.watching.findings import Finding, note, ok, wrong
 
-DEVICES = Area("devices")
 USB_DEVICES = Path("/sys/bus/usb/devices")
 MICROSOFT = "045e"
 KINECTS = {  # USB product ids (usb-ids)
@@ -62,17 +61,17 @@ def device_findings(ports: Sequence[SerialPort], cameras: Sequence[str]) -> Iter
     """What the devices tell."""
     if not ports:
         remedy = "plug in the IMUs' receiver; if there are no IMUs, ignore this"
-        yield DEVICES.note("serial ports", "none", remedy)
+        yield note("serial ports", "none", remedy)
     for port in ports:
         if port.may_open:
-            yield DEVICES.ok(port.path, port.description)
+            yield ok(port.path, port.description)
             continue
         found = f"{port.description}, but this user may not open it"
         group = port.group or "dialout"
         remedy = f"sudo usermod -aG {group} $USER, then log in again"
-        yield DEVICES.wrong(port.path, found, remedy)
+        yield wrong(port.path, found, remedy)
     if cameras:
-        yield DEVICES.ok("Kinects on USB", ", ".join(cameras))
+        yield ok("Kinects on USB", ", ".join(cameras))
     else:
         remedy = "recordings and skeletons of other hosts need none"
-        yield DEVICES.note("Kinects on USB", "none", remedy)
+        yield note("Kinects on USB", "none", remedy)

@@ -7,7 +7,7 @@ from enum import Enum
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
 from pose_fusion.watching.stages import STAGE
 from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
-from pose_node.level import Level
+from pose_node.node_status import Level
 
 SLOWEST_SENSOR = 10.0  # [Hz] a Kinect gives 30
 LONGEST_LATENCY_S = 0.1  # [s] of a stage
@@ -22,57 +22,46 @@ class Verdict(Enum):
     WRONG = "wrong"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Finding:
     """One thing that was looked at."""
 
-    area: str  # machine, graph, devices
     subject: str
     verdict: Verdict
     found: str
     remedy: str = ""  # what to do, if anything
 
 
-@dataclass(frozen=True)
-class Area:
-    """Makes the findings of one area: ``machine``, ``graph`` or ``devices``."""
-
-    name: str
-
-    def ok(self, subject: str, found: str) -> Finding:
-        """Something as it should be."""
-        return self._finding(subject, Verdict.OK, found)
-
-    def note(self, subject: str, found: str, remedy: str) -> Finding:
-        """Something that may be meant."""
-        return self._finding(subject, Verdict.NOTE, found, remedy)
-
-    def wrong(self, subject: str, found: str, remedy: str) -> Finding:
-        """A fault to be mended."""
-        return self._finding(subject, Verdict.WRONG, found, remedy)
-
-    def _finding(self, subject: str, verdict: Verdict, found: str, remedy: str = "") -> Finding:
-        return Finding(area=self.name, subject=subject, verdict=verdict, found=found, remedy=remedy)
+def ok(subject: str, found: str) -> Finding:
+    """Something as it should be."""
+    return Finding(subject, Verdict.OK, found)
 
 
-GRAPH = Area("graph")
+def note(subject: str, found: str, remedy: str) -> Finding:
+    """Something that may be meant."""
+    return Finding(subject, Verdict.NOTE, found, remedy)
+
+
+def wrong(subject: str, found: str, remedy: str) -> Finding:
+    """A fault to be mended."""
+    return Finding(subject, Verdict.WRONG, found, remedy)
 
 
 def graph_findings(snapshot: GraphSnapshot) -> list[Finding]:
     """All findings in a graph's state."""
     if not snapshot.hears_itself:
         return [
-            GRAPH.wrong(
+            wrong(
                 "messages",
                 "a message to itself did not come back",
                 "look at shared memory and loopback above; is a firewall in the way?",
             )
         ]
-    findings = [GRAPH.ok("messages", "a message to itself came back")]
+    findings = [ok("messages", "a message to itself came back")]
     if not snapshot.topics and not snapshot.statuses:
         text = f"no node of pose fusion runs on this ROS domain ({len(snapshot.nodes)} other nodes)"
-        return [*findings, GRAPH.note("nodes", text, "./pose up starts a graph")]
-    findings.append(GRAPH.ok("nodes", ", ".join(snapshot.nodes)))
+        return [*findings, note("nodes", text, "./pose up starts a graph")]
+    findings.append(ok("nodes", ", ".join(snapshot.nodes)))
     findings += _sensors(snapshot)
     findings += _several_publishers(snapshot)
     findings += _extrinsics(snapshot)
@@ -85,7 +74,7 @@ def _sensors(snapshot: GraphSnapshot) -> Iterator[Finding]:
     kinects = [topic for topic in snapshot.topics if SENSOR_TOPIC.search(topic.name)]
     imus = [topic for topic in snapshot.topics if IMU_TOPIC.search(topic.name)]
     if not kinects:
-        yield GRAPH.wrong(
+        yield wrong(
             "skeletons",
             "nobody publishes kinect_<name>/skeletons",
             "start a kinect_bridge: ./pose up recording:=FILE, or your own tracker",
@@ -95,10 +84,10 @@ def _sensors(snapshot: GraphSnapshot) -> Iterator[Finding]:
     silent = [topic for topic in imus if topic.rate == 0.0]
     if silent:
         names = ", ".join(topic.name for topic in silent)
-        yield GRAPH.wrong("IMUs", f"silent: {names}", "is each switched on and in the nodes file?")
+        yield wrong("IMUs", f"silent: {names}", "is each switched on and in the nodes file?")
     elif imus:
         slowest = min(topic.rate for topic in imus)
-        yield GRAPH.ok("IMUs", f"{len(imus)} flow, at {slowest:.0f} Hz or more")
+        yield ok("IMUs", f"{len(imus)} flow, at {slowest:.0f} Hz or more")
 
 
 def _several_publishers(snapshot: GraphSnapshot) -> Iterator[Finding]:
@@ -107,28 +96,26 @@ def _several_publishers(snapshot: GraphSnapshot) -> Iterator[Finding]:
         is_sensor = SENSOR_TOPIC.search(topic.name) or IMU_TOPIC.search(topic.name)
         if topic.publishers > 1 and (is_sensor or topic.name.endswith("/joint_states")):
             remedy = "started twice? stop all but one; one that was killed counts for 20 s"
-            yield GRAPH.wrong(topic.name, f"{topic.publishers} publishers", remedy)
+            yield wrong(topic.name, f"{topic.publishers} publishers", remedy)
 
 
 def _stream(topic: TopicStatus, slowest: float) -> Finding:
     """A sensor's stream: rate, age, latency."""
     if topic.rate == 0.0:
-        return GRAPH.wrong(topic.name, "silent", "look at its bridge: is the sensor there?")
+        return wrong(topic.name, "silent", "look at its bridge: is the sensor there?")
     text = f"{topic.rate:.1f} Hz"
     if topic.rate < slowest:
         remedy = f"expected {slowest:g} Hz or more: is the machine too busy?"
-        return GRAPH.wrong(topic.name, text, remedy)
+        return wrong(topic.name, text, remedy)
     if topic.latency_s is None:
-        return GRAPH.ok(topic.name, text)
+        return ok(topic.name, text)
     text += f", {1000.0 * topic.latency_s:.0f} ms from capture to here"
     if topic.latency_s < -LARGEST_LEAD_S:
-        return GRAPH.wrong(
-            topic.name, text, "stamps lie in the future: set both hosts' clocks by NTP"
-        )
+        return wrong(topic.name, text, "stamps lie in the future: set both hosts' clocks by NTP")
     if topic.latency_s > LONGEST_LATENCY_S:
         remedy = "late: a replayed recording, clocks that differ, or a machine that is too busy"
-        return GRAPH.note(topic.name, text, remedy)
-    return GRAPH.ok(topic.name, text)
+        return note(topic.name, text, remedy)
+    return ok(topic.name, text)
 
 
 def _extrinsics(snapshot: GraphSnapshot) -> Iterator[Finding]:
@@ -137,16 +124,18 @@ def _extrinsics(snapshot: GraphSnapshot) -> Iterator[Finding]:
     ]
     missing = [name for name in sensors if name not in snapshot.placed_sensors]
     if sensors and not missing:
-        yield GRAPH.ok("extrinsics", f"known of {', '.join(snapshot.placed_sensors)}")
+        yield ok("extrinsics", f"known of {', '.join(snapshot.placed_sensors)}")
     elif missing:
         calibrates = any(node.split("/")[-1] == "calibration" for node in snapshot.nodes)
-        yield (GRAPH.note if calibrates else GRAPH.wrong)(
-            "extrinsics",
-            f"not known of {', '.join(missing)}",
-            "raise the arms, walk about: the calibration is waiting for motion"
-            if calibrates
-            else "start the calibration (fusion.launch.yaml), or give the fusion extrinsics_file",
-        )
+        text = f"not known of {', '.join(missing)}"
+        if calibrates:
+            remedy = "raise the arms, walk about: the calibration is waiting for motion"
+            yield note("extrinsics", text, remedy)
+        else:
+            remedy = (
+                "start the calibration (fusion.launch.yaml), or give the fusion extrinsics_file"
+            )
+            yield wrong("extrinsics", text, remedy)
 
 
 def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
@@ -159,30 +148,27 @@ def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
         if topic.rate == 0.0:
             said = [s.message for s in snapshot.statuses if s.name == f"{namespace}/fusion"]
             why = f"the fusion says: {said[0]}" if said else "look at the fusion's output"
-            yield GRAPH.wrong(topic.name, "silent", why)
+            yield wrong(topic.name, "silent", why)
         else:
-            yield GRAPH.ok(topic.name, f"{topic.rate:.1f} Hz")
+            yield ok(topic.name, f"{topic.rate:.1f} Hz")
     if snapshot.fusion_latency_s is not None:
         median, p99 = (1000.0 * value for value in snapshot.fusion_latency_s)
         text = f"median {median:.0f} ms, p99 {p99:.0f} ms, from newest sample to output"
         if snapshot.fusion_latency_s[0] > LONGEST_LATENCY_S:
-            yield GRAPH.wrong(
-                "fusion latency", text, "the machine is too busy: fewer nodes, more cores"
-            )
+            yield wrong("fusion latency", text, "the machine is too busy: fewer nodes, more cores")
         else:
-            yield GRAPH.ok("fusion latency", text)
+            yield ok("fusion latency", text)
     for status in snapshot.statuses:
         for name, value in status.values.items():
             if name.startswith(STAGE):
                 stage = name.removeprefix(STAGE).replace("_", " ")
-                yield GRAPH.ok(f"latency, {stage}", f"median {value} ms")
+                yield ok(f"latency, {stage}", f"median {value} ms")
 
 
 def _statuses(snapshot: GraphSnapshot) -> Iterator[Finding]:
     for status in snapshot.statuses:
         if status.level is Level.OK:
-            yield GRAPH.ok(status.name, status.message)
-        elif status.level is Level.WARN:
-            yield GRAPH.note(status.name, status.message, "its README says what to do")
+            yield ok(status.name, status.message)
         else:
-            yield GRAPH.wrong(status.name, status.message, "its README says what to do")
+            find = note if status.level is Level.WARN else wrong
+            yield find(status.name, status.message, "its README says what to do")

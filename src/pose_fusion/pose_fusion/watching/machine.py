@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from pose_fusion.watching.findings import Area, Finding
+from pose_fusion.watching.findings import Finding, note, ok, wrong
 
-MACHINE = Area("machine")
 OLDEST, NEWEST = (3, 10), (3, 13)  # Python
 FEWEST_CORES = 2
 LEAST_DISK_GB = 1.0  # [GB] a minute of two Kinects and nine IMUs takes about 20 MB
@@ -42,26 +41,24 @@ def python_finding(version: tuple[int, ...]) -> Finding:
     """Whether ROS 2 Jazzy and its wheels know this Python."""
     text = ".".join(map(str, version))
     if OLDEST <= version <= NEWEST:
-        return MACHINE.ok("Python", text)
-    return MACHINE.wrong(
-        "Python", text, "install 3.10 to 3.13, name it in POSE_PYTHON, run ./pose build"
-    )
+        return ok("Python", text)
+    return wrong("Python", text, "install 3.10 to 3.13, name it in POSE_PYTHON, run ./pose build")
 
 
 def cores_finding(cores: int) -> Finding:
     """Whether there are enough for sensors and fusion side by side."""
     if cores >= FEWEST_CORES:
-        return MACHINE.ok("cores", str(cores))
+        return ok("cores", str(cores))
     remedy = "two or more are needed for real time: move bridges or recorder to another host"
-    return MACHINE.wrong("cores", str(cores), remedy)
+    return wrong("cores", str(cores), remedy)
 
 
 def disk_finding(folder: Path, free_bytes: float) -> Finding:
     """Whether there is room for recordings."""
     text = f"{free_bytes / GB:.1f} GB are free at {folder}"
     if free_bytes >= LEAST_DISK_GB * GB:
-        return MACHINE.ok("disk", text)
-    return MACHINE.wrong(
+        return ok("disk", text)
+    return wrong(
         "disk", text, f"{LEAST_DISK_GB:g} GB are needed: free some space, or record elsewhere"
     )
 
@@ -69,7 +66,7 @@ def disk_finding(folder: Path, free_bytes: float) -> Finding:
 def shared_memory_finding(folder: Path) -> Finding:
     """Whether Fast DDS can pass messages through shared memory."""
     if not folder.is_dir() or not os.access(folder, os.W_OK):
-        return MACHINE.wrong(
+        return wrong(
             "shared memory",
             f"{folder} is not there, or not writable",
             "mount a tmpfs there (containers: --ipc=host or --shm-size)",
@@ -77,16 +74,16 @@ def shared_memory_finding(folder: Path) -> Finding:
     free_mb = shutil.disk_usage(folder).free / MB
     if free_mb < LEAST_SHARED_MB:
         remedy = f"remove old {folder}/fastrtps_* files, or enlarge it (containers: --shm-size)"
-        return MACHINE.wrong("shared memory", f"{free_mb:.0f} MB are free", remedy)
+        return wrong("shared memory", f"{free_mb:.0f} MB are free", remedy)
     owners = list(_owners_of_fastdds_files(folder))
     theirs = sum(owner != os.getuid() for owner in owners)
     if theirs and os.getuid() != 0:
-        return MACHINE.note(
+        return note(
             "shared memory",
             f"{theirs} Fast DDS files belong to other users",
             "run all nodes as one user; otherwise they cannot communicate",
         )
-    return MACHINE.ok("shared memory", f"{free_mb:.0f} MB are free, {len(owners)} Fast DDS files")
+    return ok("shared memory", f"{free_mb:.0f} MB are free, {len(owners)} Fast DDS files")
 
 
 def _owners_of_fastdds_files(folder: Path) -> Iterator[int]:
@@ -103,17 +100,17 @@ def domain_finding(environment: Mapping[str, str]) -> Finding:
     reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "") or "SUBNET"
     if not text.isdigit() or int(text) > LARGEST_DOMAIN:
         remedy = f"set ROS_DOMAIN_ID to 0 … {LARGEST_DOMAIN}, the same on every host"
-        return MACHINE.wrong("ROS domain", text, remedy)
-    return MACHINE.ok("ROS domain", f"{text}, discovery range {reach}")
+        return wrong("ROS domain", text, remedy)
+    return ok("ROS domain", f"{text}, discovery range {reach}")
 
 
 def multicast_finding(environment: Mapping[str, str], works: Callable[[], bool]) -> Finding:
     """Whether nodes on other hosts can be found."""
     if environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") in ("LOCALHOST", "OFF"):
-        return MACHINE.ok("multicast", "not needed: discovery is limited to this host")
+        return ok("multicast", "not needed: discovery is limited to this host")
     if works():
-        return MACHINE.ok("multicast", f"a datagram to {DISCOVERY_GROUP} came back")
-    return MACHINE.wrong(
+        return ok("multicast", f"a datagram to {DISCOVERY_GROUP} came back")
+    return wrong(
         "multicast",
         f"a datagram to {DISCOVERY_GROUP} did not come back",
         "allow UDP multicast in the firewall, or name the hosts in ROS_STATIC_PEERS",

@@ -12,8 +12,7 @@ from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
 from pose_io.names import BODIES
 from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
-from pose_node.level import Level
-from pose_node.node_status import NodeStatus
+from pose_node.node_status import Level, NodeStatus
 
 SILENT_S = 1.0  # [s] a topic without messages for longer is shown as silent
 REPLAYED_S = 60.0  # [s] what is stamped longer ago comes from a recording

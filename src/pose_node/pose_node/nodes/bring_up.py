@@ -8,9 +8,9 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.node import Node
 
 from pose_core.errors import ParameterError
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 from pose_node.parameters import BringUpParameters

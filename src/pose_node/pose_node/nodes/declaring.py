@@ -85,24 +85,20 @@ def as_declared(given: Parameter, known: Mapping[str, tuple[Any, ParameterSpec]]
     return given
 
 
-def accept_changes(
-    node: Node, parameters: type, handlers: Mapping[str, Callable[[Any], None]]
-) -> None:
+def accept_changes(node: Node, parameters: type, change: Callable[[dict[str, Any]], None]) -> None:
     """Accept parameters that are set while the node runs.
 
     Args:
         node: The node that has declared them.
         parameters: The dataclass that says which values are allowed.
-        handlers: What to do with the new value of each changeable parameter.
+        change: Gets the new values by name, and raises a PoseError to refuse them.
     """
     known = specs(parameters)
 
     def on_set(changes: list[Parameter]) -> SetParametersResult:
-        ours = [change for change in changes if change.name in handlers]
+        ours = [change for change in changes if change.name in known]
         try:
-            values = {c.name: checked(c.name, c.value, *known[c.name]) for c in ours}
-            for name, value in values.items():
-                handlers[name](value)
+            change({c.name: checked(c.name, c.value, *known[c.name]) for c in ours})
         except PoseError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

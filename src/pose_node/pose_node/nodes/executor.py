@@ -5,7 +5,7 @@ set, three times for each callback. This one does so when entities come or go, a
 for the same ones again.
 """
 
-from collections.abc import Callable, Collection, Coroutine, Iterable, Iterator, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
 from typing import Any
 
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -13,7 +13,6 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 from rclpy.task import Task
-from rclpy.waitable import NumberOfEntities
 
 
 class QuickExecutor(SingleThreadedExecutor):
@@ -62,17 +61,17 @@ class QuickExecutor(SingleThreadedExecutor):
         for waitable in entities.waitables:
             if waitable.is_ready(wait_set):
                 self._finish(self._take_waitable(waitable))
-        for timer in _ready(entities.timers, wait_set, "timer"):
+        for timer in entities.ready("timer", wait_set):
             if timer.handle.is_timer_ready():  # it may have been cancelled meanwhile
                 timer.handle.call_timer()
                 timer.callback()
-        for subscription in _ready(entities.subscriptions, wait_set, "subscription"):
+        for subscription in entities.ready("subscription", wait_set):
             _take(subscription)
-        for guard in _ready(entities.guards, wait_set, "guard_condition"):
+        for guard in entities.ready("guard_condition", wait_set):
             guard.callback()
-        for client in _ready(entities.clients, wait_set, "client"):
+        for client in entities.ready("client", wait_set):
             self._finish(self._take_client(client))
-        for service in _ready(entities.services, wait_set, "service"):
+        for service in entities.ready("service", wait_set):
             self._finish(self._take_service(service))
         self._run_tasks()
 
@@ -97,62 +96,48 @@ class _Entities:
     """Entities that can wake some nodes."""
 
     def __init__(self, nodes: Sequence[Node]) -> None:
-        self.subscriptions = _callable(node.subscriptions for node in nodes)
-        self.timers = _callable(node.timers for node in nodes)
-        self.guards = _callable(node.guards for node in nodes)
-        self.clients = _callable(node.clients for node in nodes)
-        self.services = _callable(node.services for node in nodes)
+        self._by_kind = {  # in the order of a wait set's counts
+            "subscription": _callable(node.subscriptions for node in nodes),
+            "guard_condition": _callable(node.guards for node in nodes),
+            "timer": _callable(node.timers for node in nodes),
+            "client": _callable(node.clients for node in nodes),
+            "service": _callable(node.services for node in nodes),
+        }
         self.waitables = _callable(node.waitables for node in nodes)
 
     def make_wait_set(self, executor: SingleThreadedExecutor) -> Any:
         """Create a wait set for them and for the executor's own two guard conditions."""
-        count = NumberOfEntities(
-            num_subs=len(self.subscriptions),
-            num_gcs=len(self.guards) + 2,
-            num_timers=len(self.timers),
-            num_clients=len(self.clients),
-            num_services=len(self.services),
-        )
-        for waitable in self.waitables:
-            count += waitable.get_num_entities()
-        return rclpy_implementation.WaitSet(
-            count.num_subscriptions,
-            count.num_guard_conditions,
-            count.num_timers,
-            count.num_clients,
-            count.num_services,
-            count.num_events,
-            executor.context.handle,
-        )
+        of_waitables = [waitable.get_num_entities() for waitable in self.waitables]
+        counts = {
+            kind: len(entities) + sum(getattr(each, f"num_{kind}s") for each in of_waitables)
+            for kind, entities in self._by_kind.items()
+        }
+        counts["guard_condition"] += 2
+        events = sum(each.num_events for each in of_waitables)
+        return rclpy_implementation.WaitSet(*counts.values(), events, executor.context.handle)
 
     def add_to(self, wait_set: Any) -> None:
         """Add them to a wait set."""
-        for subscription in self.subscriptions:
-            wait_set.add_subscription(subscription.handle)
-        for timer in self.timers:
-            wait_set.add_timer(timer.handle)
-        for guard in self.guards:
-            wait_set.add_guard_condition(guard.handle)
-        for client in self.clients:
-            wait_set.add_client(client.handle)
-        for service in self.services:
-            wait_set.add_service(service.handle)
+        for kind, entities in self._by_kind.items():
+            add = getattr(wait_set, f"add_{kind}")
+            for entity in entities:
+                add(entity.handle)
         for waitable in self.waitables:
             waitable.add_to_wait_set(wait_set)
+
+    def ready(self, kind: str, wait_set: Any) -> Iterator[Any]:
+        """The ready entities of a kind that no previous callback has destroyed."""
+        entities = self._by_kind[kind]
+        if entities and (pointers := wait_set.get_ready_entities(kind)):
+            for entity in entities:
+                if entity.handle.pointer in pointers:
+                    yield entity
 
 
 def _callable(of_nodes: Iterable[Iterable[Any]]) -> list[Any]:
     """The entities whose callback group allows their execution."""
     entities = (entity for of_node in of_nodes for entity in of_node)
     return [entity for entity in entities if entity.callback_group.can_execute(entity)]
-
-
-def _ready(entities: Collection[Any], wait_set: Any, kind: str) -> Iterator[Any]:
-    """The ready entities of a kind that no previous callback has destroyed."""
-    if entities and (pointers := wait_set.get_ready_entities(kind)):
-        for entity in entities:
-            if entity.handle.pointer in pointers:
-                yield entity
 
 
 def _take(subscription: Subscription) -> None:

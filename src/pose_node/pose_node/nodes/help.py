@@ -3,7 +3,6 @@
 import inspect
 import sys
 import textwrap
-from collections.abc import Sequence
 from pathlib import Path
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -37,10 +36,10 @@ def help_text(program: str, about: str, parameters: type) -> str:
     return "\n".join(lines)
 
 
-def answer_arguments(make_node: object, parameters: type, args: Sequence[str] | None) -> None:
+def answer_arguments(make_node: object, parameters: type) -> None:
     """Print the help and exit if requested; refuse arguments that ROS would ignore."""
     try:
-        program, *rest = remove_ros_args(list(args) if args is not None else sys.argv)
+        program, *rest = remove_ros_args(sys.argv)
     except RCLError:
         return  # it will be said when ROS starts
     if "--help" in rest or "-h" in rest:

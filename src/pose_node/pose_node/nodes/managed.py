@@ -16,17 +16,15 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from lifecycle_msgs.srv import ChangeState
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import JumpHandle, JumpThreshold
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.parameter import Parameter
 
 from pose_core.errors import ParameterError, PoseError
-from pose_core.parameters import checked, from_mapping, specs
-from pose_node.level import Level
-from pose_node.nodes.declaring import declare_parameters, descriptor_of
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_core.parameters import from_mapping, specs
+from pose_node.node_status import Level, Report
+from pose_node.nodes.declaring import accept_changes, declare_parameters, descriptor_of
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.help import RCLError
 from pose_node.parameters import ManagedParameters
 
@@ -74,7 +72,7 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
         )
         for one, (default, spec) in specs(ManagedParameters).items():
             self.declare_parameter(one, default, descriptor_of(default, spec))
-        self.add_on_set_parameters_callback(self._on_set)
+        accept_changes(self, parameters, self._change)
         self.diagnostics = DiagnosticsPublisher(self, self._report)
         self._starts = bool(self.get_parameter("autostart").value)
         if self._starts:
@@ -96,13 +94,11 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
     def activate(self) -> None:
         """Start to subscribe and to publish."""
 
-    @abstractmethod
     def deactivate(self) -> None:
-        """Undo :meth:`activate`; keep all estimated quantities."""
+        """Undo what :meth:`activate` did beyond publishers, subscriptions, services, timers."""
 
-    @abstractmethod
     def cleanup(self) -> None:
-        """Undo :meth:`configure`; also called when that has failed half-way."""
+        """Likewise of :meth:`configure`; also called when that has failed half-way."""
 
     def restart_time(self) -> None:
         """Handle a jump back of simulated time: a bag loops or is rewound. Default: do nothing."""
@@ -248,25 +244,18 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
 
     # -- parameters and state -------------------------------------------------------------------
 
-    def _on_set(self, changes: list[Parameter]) -> SetParametersResult:
-        known = specs(self._declared)
-        ours = [change for change in changes if change.name in known]
-        try:
-            values = {c.name: checked(c.name, c.value, *known[c.name]) for c in ours}
-        except ParameterError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        fixed = [name for name in values if self._is_configured and name not in self.changes]
+    def _change(self, values: dict[str, Any]) -> None:
+        if not self._is_configured:
+            return  # they are read when the node is configured
+        fixed = [name for name in values if name not in self.changes]
         if fixed:
             names, node = ", ".join(fixed), self.get_fully_qualified_name()
-            reason = (
+            raise ParameterError(
                 f"{names}: read when the node is configured: set it at the start, or first"
                 f" 'ros2 lifecycle set {node} deactivate', then 'cleanup'"
             )
-            return SetParametersResult(successful=False, reason=reason)
-        if self._is_configured:
-            for name, value in values.items():
-                self.changes[name](value)
-        return SetParametersResult(successful=True)
+        for name, value in values.items():
+            self.changes[name](value)
 
     def _report(self) -> Report:
         if self.is_active:

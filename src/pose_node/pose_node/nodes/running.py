@@ -1,8 +1,10 @@
 """Start, spinning and end of every node: clean on Ctrl-C, one line on a bad parameter."""
 
 import gc
+import math
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
@@ -18,12 +20,12 @@ from pose_node.nodes.executor import QuickExecutor
 from pose_node.nodes.help import RCLError, answer_arguments
 
 N = TypeVar("N", bound=Node)
+SPIN_S = 0.1  # [s] longest wait before it is checked again whether it is done
+SHOW_S = 0.3  # [s] between two progress reports
 
 
 def run_node(
-    make_node: Callable[[], Node],
-    args: Sequence[str] | None = None,
-    parameters: type | None = None,
+    make_node: Callable[[], Node], args: Sequence[str] | None = None, parameters: type | None = None
 ) -> None:
     """Make a node, spin it until it is asked to stop by SIGINT or SIGTERM, and exit.
 
@@ -34,11 +36,15 @@ def run_node(
             lists its fields.
     """
     if parameters is not None:
-        answer_arguments(make_node, parameters, args)
+        answer_arguments(make_node, parameters)
     interrupt = Interrupt(once=True)
     interrupt.listen(signal.SIGINT, signal.SIGTERM)  # before rclpy's own handlers, which call it
     try:
-        status = _init(args) or _spin_to_end(make_node, interrupt)
+        _init(args)
+        status = _spin_to_end(make_node, interrupt)
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        status = 1
     except KeyboardInterrupt:
         status = 0
     # Cycles of references keep a node's DDS participant, whose files would stay in shared memory.
@@ -56,10 +62,7 @@ def node_of_tool(make_node: Callable[[], N]) -> Iterator[tuple[N, Executor]]:
         InputError: If these are wrong.
         KeyboardInterrupt: After a signal, which ends the context at once.
     """
-    try:
-        rclpy.init()
-    except RCLError as error:
-        raise InputError(_reason(error)) from None
+    _init(None)
     executor = SingleThreadedExecutor()
     node = None
     try:
@@ -77,19 +80,28 @@ def node_of_tool(make_node: Callable[[], N]) -> Iterator[tuple[N, Executor]]:
         _end_ros()
 
 
-def _init(args: Sequence[str] | None) -> int:
-    """Start ROS; 1 if its arguments are wrong."""
+def spin_until(
+    executor: Executor,
+    is_done: Callable[[], object],
+    timeout_s: float = math.inf,
+    on_progress: Callable[[], None] = lambda: None,
+) -> None:
+    """Spin until it is done, or the time [s] is over; call ``on_progress`` now and then."""
+    end_s = time.monotonic() + timeout_s
+    shown_s = -math.inf
+    while not is_done() and (left_s := end_s - time.monotonic()) > 0.0:
+        executor.spin_once(timeout_sec=min(left_s, SPIN_S))
+        if time.monotonic() > shown_s + SHOW_S:
+            shown_s = time.monotonic()
+            on_progress()
+
+
+def _init(args: Sequence[str] | None) -> None:
+    """Start ROS; an :class:`InputError` says in one line what is wrong with its arguments."""
     try:
         rclpy.init(args=list(args) if args is not None else None)
     except RCLError as error:
-        print(f"error: {_reason(error)}", file=sys.stderr)
-        return 1
-    return 0
-
-
-def _reason(error: RCLError) -> str:
-    """Why ROS did not start, in one line: a bad ``--ros-args``, or an invalid parameter file."""
-    return " ".join(str(error).split(", at /")[0].split())
+        raise InputError(" ".join(str(error).split(", at /")[0].split())) from None
 
 
 def _end_ros() -> None:

@@ -15,19 +15,13 @@ from trajectory_msgs.msg import JointTrajectory
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S, nanoseconds
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 from pose_teleop.arm_controller import ArmCommand, ArmController
-from pose_teleop.conversions import (
-    robot_states,
-    to_estimate,
-    to_joint_states,
-    to_robot_position,
-    to_trajectory,
-)
+from pose_teleop.conversions import by_name, robot_states, to_robot_position, to_trajectory
 from pose_teleop.input_monitor import Now
 from pose_teleop.nodes.bodies import LATCHED, NEWEST, body_topic
 from pose_teleop.parameters import ArmParameters
@@ -104,7 +98,7 @@ class ArmNode(Node):
         self._diagnostics = DiagnosticsPublisher(self, self._report)
 
     def _now(self) -> Now:
-        ros_ns = int(self.get_clock().now().nanoseconds)
+        ros_ns = self.get_clock().now().nanoseconds
         return Now(steady_ns=time.monotonic_ns(), ros_ns=ros_ns)
 
     def _on_urdf(self, message: String) -> None:
@@ -115,15 +109,23 @@ class ArmNode(Node):
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
 
     def _on_estimate(self, message: PoseEstimate) -> None:
-        self.controller.monitor.add_estimate(to_estimate(message), self._now())
+        position, stddev = (
+            by_name(message, values) for values in (message.position, message.position_stddev)
+        )
+        self.controller.monitor.add_estimate(
+            nanoseconds(message.header.stamp), message.id, position, stddev, self._now()
+        )
 
     def _on_states(self, message: JointState) -> None:
         now = self._now()
-        self.controller.monitor.add_joint_states(to_joint_states(message), now)
+        stamp_ns = nanoseconds(message.header.stamp)
+        position, velocity = (
+            by_name(message, values) for values in (message.position, message.velocity)
+        )
+        self.controller.monitor.add_joint_states(stamp_ns, position, velocity, now)
         self._step(now)
         if self.controller.supervisor.state in (State.SOFT_START, State.FOLLOWING):
-            ros_ns = int(self.get_clock().now().nanoseconds)
-            self._latencies_ms.append((ros_ns - nanoseconds(message.header.stamp)) * 1e-6)
+            self._latencies_ms.append((self._now().ros_ns - stamp_ns) * 1e-6)
 
     def _on_robot(self, message: JointState) -> None:
         position = to_robot_position(message, self.controller.robot.joints)

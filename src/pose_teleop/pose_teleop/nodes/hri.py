@@ -12,9 +12,9 @@ from tf2_msgs.msg import TFMessage
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_node.conversions import to_header
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer

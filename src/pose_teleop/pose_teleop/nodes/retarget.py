@@ -8,14 +8,13 @@ from tf2_msgs.msg import TFMessage
 
 from pose_core.counters import Counters
 from pose_core.stamps import nanoseconds
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.qos import reliable
 from pose_node.nodes.running import run_node
 from pose_teleop.conversions import fill_named_poses
-from pose_teleop.frame_tree import body_places
 from pose_teleop.parameters import RetargetParameters
 from pose_teleop.retargeting import SMPL, smpl_poses
 
@@ -55,8 +54,7 @@ class RetargetNode(Node):
             return
         names = [each.child_frame_id for each in transforms]
         in_body = self._settings.frame == "body"
-        places = body_places(names, np.array(position), np.array(xyzw), subject, in_body)
-        poses = smpl_poses(places)
+        poses = smpl_poses(names, np.array(position), np.array(xyzw), subject, in_body)
         if poses is None:
             self._counters.add("frames_missing")
             return

@@ -12,18 +12,12 @@ from visualization_msgs.msg import MarkerArray
 
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
-from pose_teleop.conversions import (
-    robot_states,
-    to_link_tf,
-    to_points,
-    to_robot_markers,
-    transform,
-)
+from pose_teleop.conversions import robot_states, to_points, to_robot_markers, transform
 from pose_teleop.nodes.bodies import LATCHED, NEWEST
 from pose_teleop.parameters import SimulatedRobotParameters
 from pose_teleop.robot_arm import RobotArm
@@ -90,9 +84,10 @@ class SimulatedRobot(Node):
         now_ns = time.monotonic_ns()
         if now_ns - self._drawn_ns > DRAWN_S * NS_PER_S:
             self._drawn_ns = now_ns
-            links = to_link_tf(self.arm.links(self.simulated.position), ROOT, stamp_ns)
-            root = transform("map", ROOT, self._place, self._mount, stamp_ns)
-            self._tf.publish(TFMessage(transforms=[root, *links.transforms]))
+            transforms = [transform("map", ROOT, self._place, self._mount, stamp_ns)]
+            for name, (position, xyzw) in self.arm.links(robot.position).items():
+                transforms.append(transform(ROOT, f"{ROOT}/{name}", position, xyzw, stamp_ns))
+            self._tf.publish(TFMessage(transforms=transforms))
 
     def _report(self) -> Report:
         return Report(

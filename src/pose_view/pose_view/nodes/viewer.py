@@ -22,9 +22,9 @@ from pose_core.stamps import NS_PER_S, serialized_ns
 from pose_io.names import BODIES, skeletons_topic
 from pose_io.topics import BODY_TOPIC
 from pose_node.conversions import to_node_status
-from pose_node.level import Level
+from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import declare_parameters, overrides_of
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
