@@ -3,11 +3,12 @@ r"""Measurement model of a camera's joints.
 A frame of camera c, captured a time ``late`` before the filter's time (usually 0), measures the
 position of joint j at that time, with the view's slowly varying offset b:
 
-.. math:: z_{cj} = p_j(t - \mathrm{late}) + R_z(\mathrm{heading})\,b_{cj} + n, \quad
+.. math:: z_{cj} = p_j(t - \mathrm{late}) + R_z(\mathrm{heading})\,b_{cj} + d_{cj} + n, \quad
           p_j = p + \sum_l R_l\,(o_{jl} + s_{jl})
 
 The rotations are linearised with sigma points (``sigma_points``); everything else is linear. The
-Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. The noise n is larger for
+Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. d is the error along the
+ray (``depth_errors``). The noise n is larger for
 inferred joints and under self-occlusion (``occlusion``).
 """
 
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.filter.depth_errors import add_depth_error
 from pose_core.filter.occlusion import Capsules, hidden
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
@@ -119,6 +121,7 @@ def add_camera(
         if frame.late_s > 0.0:
             H[:, layout.first_rate : layout.body_size] = -frame.late_s * H[:, : layout.first_slide]
         joint_residual(state, frame, joint, view.positions[joint] + shift, c, s, residual)
+        add_depth_error(state, frame.sensor, view.positions[joint], frame.camera, rows)
 
 
 @compiled_in_place

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.filter.depth_errors import predict_depth_errors
 from pose_core.filter.layout import Layout, rotation_column
 from pose_core.filter.state import NO_COLUMN, FilterState, Pose
 from pose_core.kernels.compiling import compiled, compiled_in_place
@@ -43,6 +44,7 @@ def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None
     add_process_noise(constants, state, dt_s, keep_slide)
     bound_rotations(P, state.layout)
     keep_offset = np.exp(-dt_s / constants.offset_memory_s)
+    predict_depth_errors(dt_s, state)
     state.offset[:] *= keep_offset
     state.offset_variance[:] *= keep_offset**2
     state.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance

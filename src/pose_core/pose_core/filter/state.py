@@ -39,6 +39,10 @@ class FilterState(NamedTuple):
     heading: FloatArray  # (links,) [rad] of the IMU's reference frame in map, about z
     imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error, or NO_COLUMN
     has_imu: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
+    depth_error: FloatArray  # (sensors,) [m] of each view, along its rays; see depth_errors
+    depth_error_variance: FloatArray  # (sensors,) [m²]
+    depth_error_power: FloatArray  # (sensors,) [m²] its mean square over time
+    depth_noise: FloatArray  # (sensors,) [m²] variance of single joints along the rays, in addition
     offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis' heading frame
     offset_variance: FloatArray  # (sensors, joints) [m²]
     nis: FloatArray  # (sensors, joints) smoothed normalised innovation squared [-]
@@ -96,6 +100,10 @@ def start_state(
         heading=np.zeros(links),
         imu_column=np.full(links, NO_COLUMN, np.int64),
         has_imu=np.zeros(links, np.bool_),
+        depth_error=np.zeros(sensors),
+        depth_error_variance=np.full(sensors, tuning.start.depth_error**2),
+        depth_error_power=np.full(sensors, tuning.start.depth_error**2),
+        depth_noise=np.full(sensors, tuning.start.depth_noise**2),
         offset=np.zeros((sensors, joints, 3)),
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
         nis=np.zeros((sensors, joints)),

@@ -1,4 +1,4 @@
-r"""Quantities estimated outside the state: offsets of views, delays of trackers, contradictions.
+r"""Quantities estimated outside the state: errors of views, delays of trackers, contradictions.
 
 Two cameras measure the same joint at positions that differ slowly. The difference is estimated as
 one offset for each view, with a scalar gain. The offsets have zero mean over the cameras, because a
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.camera import CameraFrame, PredictedView, heading_of
+from pose_core.filter.depth_errors import estimate_depth_errors
 from pose_core.filter.rows import Rows
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.update import UpdateResult
@@ -62,10 +63,14 @@ def update_tracker_errors(
         state: The state after the frame's update.
         frame: The frame.
         view: Its prediction.
-        rows: Measurement rows with the residuals before the update, those of joints first.
+        rows: Measurement rows with the residuals before the update, those of joints first. The
+            view's shared error in depth is removed from them.
         joints: Number of groups of joints.
         update: Result of the frame's update.
     """
+    estimate_depth_errors(
+        gap_s, frame.sensor, view.positions, frame.camera, rows, joints, update, state
+    )
     estimate_offsets(state, frame, view, rows, joints, update)
     estimate_delay(constants, gap_s, state, frame, view, rows, joints, update.weights)
     smooth_nis(constants, gap_s, state.nis[frame.sensor], rows, joints, update.nis)
@@ -93,7 +98,7 @@ def estimate_offsets(
         variance = state.offset_variance[frame.sensor, joint]
         total = (noise[0, 0] + noise[1, 1] + noise[2, 2]) / update.weights[group]
         for axis in range(3):
-            total += update.HPHt_diagonal[first + axis]
+            total += update.HPHt[first + axis, first + axis]
         gain = 3.0 * variance / total
         x, y, z = gain * residual[first], gain * residual[first + 1], gain * residual[first + 2]
         change = (c * x + s * y, c * y - s * x, z)

@@ -102,6 +102,8 @@ class StartNoise:
     rotation: float = 0.15  # [rad]
     velocity: float = 0.2  # [m/s]
     rate: float = 0.5  # [rad/s]
+    depth_error: float = 0.015  # [m] of a view, see pose_core.filter.depth_errors
+    depth_noise: float = 0.02  # [m] of its joints
 
 
 @dataclass(frozen=True, kw_only=True)

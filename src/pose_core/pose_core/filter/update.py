@@ -1,8 +1,11 @@
 r"""Robust measurement update: Student's t by iteratively reweighted least squares.
 
-With a weight w for each group of rows, :math:`S = H P H^T + R / w`,
-:math:`\delta x = P H^T S^{-1} r`, :math:`P \leftarrow P - P H^T S^{-1} H P`. Each group's weight
-follows from its residual after the update, :math:`e = r - H\,\delta x = R / w\,S^{-1} r`:
+With a weight w for each group of rows, and an error that all rows share with the derivatives c,
+:math:`S = H P H^T + c\,c^T + R / w`, :math:`\delta x = P H^T S^{-1} r`,
+:math:`P \leftarrow P - P H^T S^{-1} H P`. The shared error is estimated as
+:math:`\epsilon = c^T S^{-1} r`, with the variance :math:`1 - c^T S^{-1} c`. Each group's weight
+follows from its residual after the update,
+:math:`e = r - H\,\delta x - c\,\epsilon = R / w\,S^{-1} r`:
 
 .. math:: w = \frac{\nu + d}{\nu + e^T R^{-1} e}, \quad w_\mathrm{least} \le w \le 1
 
@@ -44,7 +47,9 @@ class UpdateResult(NamedTuple):
     is_finite: bool  # otherwise the state is unchanged
     weights: FloatArray  # (groups,) [-]
     nis: FloatArray  # (groups,) [-] normalised innovation squared
-    HPHt_diagonal: FloatArray  # (rows,)
+    HPHt: FloatArray  # (rows, rows), the upper triangle
+    shared: float  # [-] the estimated error that the rows share
+    shared_variance: float  # [-]
 
 
 @compiled
@@ -56,14 +61,17 @@ def robust_update(constants: UpdateConstants, state: FilterState, rows: Rows) ->
     HP, HPHt = np.zeros((count, len(P))), np.zeros((count, count))
     add_product(H, P, HP, False)
     add_product(H, np.ascontiguousarray(HP.T), HPHt, True)
-    S, solved = HPHt.copy(), np.empty(count)
+    shared = rows.shared[:count]
+    expected = HPHt.copy()
+    add_square(shared, expected)
+    S, solved = expected.copy(), np.empty(count)
     weights, nis = np.ones(groups), np.empty(groups)
     add_noise(rows, weights, S)
     fill_nis(rows, S, nis)
     for group in range(groups):
         weights[group] = weight_of(rows, group, nis[group], least_weight)
     for iteration in range(constants.iterations):
-        S[:] = HPHt
+        S[:] = expected
         add_noise(rows, weights, S)
         factorise(S)
         solved[:] = residual
@@ -71,8 +79,18 @@ def robust_update(constants: UpdateConstants, state: FilterState, rows: Rows) ->
         if iteration < constants.iterations - 1:
             reweight(rows, solved, least_weight, weights)
     error = np.dot(solved, HP)
-    result = UpdateResult(bool(np.all(np.isfinite(error))), weights, nis, np.diag(HPHt).copy())
-    if not result.is_finite:
+    is_finite = bool(np.all(np.isfinite(error)))
+    explained = shared.copy()
+    solve_vector(S, explained)
+    result = UpdateResult(
+        is_finite,
+        weights,
+        nis,
+        HPHt,
+        np.dot(shared, solved),
+        1.0 - np.dot(shared, explained),
+    )
+    if not is_finite:
         return result
     solve_lower(S, HP)
     subtract_square(P, np.ascontiguousarray(HP.T))
@@ -95,6 +113,15 @@ def add_product(H: FloatArray, A: FloatArray, out: FloatArray, is_symmetric: boo
                 values = A[column, first:]
                 for k in range(len(into)):
                     into[k] += factor * values[k]
+
+
+@compiled_in_place
+def add_square(c: FloatArray, S: FloatArray) -> None:
+    """S += c cᵀ, the upper triangle."""
+    for i in range(len(c)):
+        if c[i] != 0.0:
+            for k in range(i, len(c)):
+                S[i, k] += c[i] * c[k]
 
 
 @compiled_in_place
