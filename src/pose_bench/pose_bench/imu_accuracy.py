@@ -99,7 +99,7 @@ def errors(orientation: FloatArray, truth: FloatArray, *, knows_heading: bool = 
         2.0 * np.arctan2(np.abs(z), np.abs(w)),
         2.0 * np.arctan2(np.hypot(x, y), np.hypot(z, w)),
     ]
-    return np.asarray(np.degrees(np.sqrt(np.mean(np.square(angles), axis=1))))
+    return np.degrees(np.sqrt(np.mean(np.square(angles), axis=1)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,4 +222,4 @@ def synthetic_errors(
         found.append(
             errors(batch.orientation[own], truth.as_quat(), knows_heading=variant.knows_heading)
         )
-    return np.asarray(np.sqrt(np.mean(np.square(found), axis=0)))
+    return np.sqrt(np.mean(np.square(found), axis=0))

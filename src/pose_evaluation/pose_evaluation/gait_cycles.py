@@ -154,7 +154,7 @@ def _course(values: FloatArray, begin: float, end: float) -> FloatArray:
     """Values at 0 to 100 % between two positions on the grid; NaN outside."""
     places = begin + PERCENT / 100.0 * (end - begin)
     grid = np.arange(len(values), dtype=float)
-    return np.asarray(np.interp(places, grid, values, left=np.nan, right=np.nan))
+    return np.interp(places, grid, values, left=np.nan, right=np.nan)
 
 
 def _swing(values: FloatArray) -> float:

@@ -76,5 +76,5 @@ def segment_rotations(dof_names: Sequence[str], dof: FloatArray, limb: str) -> F
         model = load_body_model(name)
         if model.dof_names == tuple(dof_names):
             rotations = ForwardKinematics(model, np.zeros((len(JOINTS), 3))).pose(dof).rotations
-            return np.asarray(rotations[:, model.link_names.index(model.segments[limb])])
+            return rotations[:, model.link_names.index(model.segments[limb])]
     raise InputError(f"no body model has the degrees of freedom {', '.join(dof_names)}")

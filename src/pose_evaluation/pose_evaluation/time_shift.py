@@ -100,7 +100,7 @@ def _sums(x: FloatArray, y: FloatArray) -> tuple[FloatArray, tuple[FloatArray, .
     y = np.where(known_y > 0.0, y - np.nanmean(y), 0.0) if known_y.any() else 0.0 * known_y
 
     def by_shift(of_x: FloatArray, of_y: FloatArray) -> FloatArray:
-        return np.asarray(correlate(of_y, of_x, mode="full", method="fft"))
+        return correlate(of_y, of_x, mode="full", method="fft")
 
     count = np.round(by_shift(known_x, known_y))
     sums = (

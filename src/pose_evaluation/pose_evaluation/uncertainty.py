@@ -78,14 +78,12 @@ def stddev_at(estimates: EstimateSeries, angle: str, stamps_ns: IntArray) -> Flo
     if angle not in estimates.names or len(estimates.stamps_ns) == 0:
         return np.full(len(stamps_ns), np.nan)
     begin_ns = int(estimates.stamps_ns[0])
-    return np.asarray(
-        np.interp(
-            (stamps_ns - begin_ns).astype(float),
-            (estimates.stamps_ns - begin_ns).astype(float),
-            estimates.position_stddev[:, estimates.names.index(angle)],
-            left=np.nan,
-            right=np.nan,
-        )
+    return np.interp(
+        (stamps_ns - begin_ns).astype(float),
+        (estimates.stamps_ns - begin_ns).astype(float),
+        estimates.position_stddev[:, estimates.names.index(angle)],
+        left=np.nan,
+        right=np.nan,
     )
 
 

@@ -1,7 +1,5 @@
 """True joint angles by ``docs/conventions.md``: from positions, and of the body itself."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from pose_core.arrays import FloatArray
@@ -49,7 +47,7 @@ def true_joint_angles(motion: Motion) -> dict[str, FloatArray]:
     for side in SIDES:
         for name in (f"{side}_shoulder_rotation", f"{side}_hip_rotation"):
             angles[name] = motion.angles[name]
-    rotations: Mapping[str, FloatArray] = motion.pose.rotations
+    rotations = motion.pose.rotations
     for part, parent, child in (("neck", "torso", "head"), ("waist", "pelvis", "torso")):
         relative = np.swapaxes(rotations[parent], 1, 2) @ rotations[child]
         angles[f"{part}_flexion"] = np.arctan2(relative[:, 0, 2], relative[:, 2, 2])

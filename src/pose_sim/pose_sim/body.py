@@ -229,7 +229,7 @@ class _Builder:
         self.place(segment, turned, self.point(parent, self.offsets[offset or segment]))
 
     def point(self, segment: str, offset: FloatArray) -> FloatArray:
-        turned: FloatArray = self.rotations[segment] @ offset
+        turned = self.rotations[segment] @ offset
         return self.origins[segment] + turned
 
     def pose(self) -> BodyPoses:

@@ -24,7 +24,7 @@ from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
 from pose_sim.body import Body
 from pose_sim.imu_noise import ImuParameters
-from pose_sim.motion import Motion, SegmentPath
+from pose_sim.motion import Motion
 
 ACCELEROMETER_RANGE = 2  # code: +-8 g
 GYROSCOPE_RANGE = 3  # code: +-2000 deg/s
@@ -136,7 +136,7 @@ def measure(
         rng: Random generator.
     """
     times, clock_us = _clock(float(motion.times[-1]), parameters, rng)
-    path: SegmentPath = motion.segment(node.segment, node.place)
+    path = motion.segment(node.segment, node.place)
     R_sensor_map = (path.rotation(times) * node.R_segment_sensor).inv()
     turning = node.R_segment_sensor.inv().apply(path.angular_velocity(times))
     force = R_sensor_map.apply(path.acceleration(times) + np.array([0.0, 0.0, STANDARD_GRAVITY]))
@@ -190,7 +190,7 @@ def _clock(
     phase, boot = rng.uniform(0.0, period), rng.uniform(5.0, 3000.0)  # [s]
     drift = 1e-6 * p.clock_drift * rng.standard_normal()
     steps = np.arange(int(duration * p.sample_rate) + 2)
-    times: FloatArray = (phase + steps * period * (1.0 - drift)).astype(np.float64)
+    times = (phase + steps * period * (1.0 - drift)).astype(np.float64)
     clock_us = np.round(1e6 * (boot + steps * period)).astype(np.int64)
     inside = times <= duration
     return times[inside], clock_us[inside]
@@ -200,5 +200,5 @@ def _slow_change(times: FloatArray, p: ImuParameters, rng: np.random.Generator) 
     """A magnetic disturbance with periods of 17 s to 100 s [T], shape (n, 3)."""
     frequencies = rng.uniform(0.01, 0.06, 3)  # [Hz]
     phases = rng.uniform(0.0, 2.0 * np.pi, 3)
-    waves: FloatArray = np.sin(2.0 * np.pi * frequencies * times[:, None] + phases)
+    waves = np.sin(2.0 * np.pi * frequencies * times[:, None] + phases)
     return 1e-6 * p.disturbance_change * np.sqrt(2.0) * waves

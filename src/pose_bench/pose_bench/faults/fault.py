@@ -99,10 +99,7 @@ def stamped(to: Callable[[Any, Window], float], *sources: str) -> Change:
     """Shift the stamps by a time [s]."""
 
     def move(packet: Any, window: Window) -> Packet:
-        moved: Packet = replace(
-            packet, stamp_ns=packet.stamp_ns + round(to(packet, window) * NS_PER_S)
-        )
-        return moved
+        return replace(packet, stamp_ns=packet.stamp_ns + round(to(packet, window) * NS_PER_S))
 
     return each(sources, move)
 
@@ -142,8 +139,7 @@ def frozen(*fields: str) -> Callable[[Any, Window], Packet]:
 
     def repeat(packet: Any, window: Window) -> Packet:
         first = firsts.setdefault((window.begin_s, packet.source), packet)
-        repeated: Packet = replace(packet, **{name: getattr(first, name) for name in fields})
-        return repeated
+        return replace(packet, **{name: getattr(first, name) for name in fields})
 
     return repeat
 

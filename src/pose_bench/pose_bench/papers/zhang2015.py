@@ -81,4 +81,4 @@ def _occluded(session: BenchSession, limb: str, stamps_ns: NDArray[np.int64]) ->
     hidden = np.array([(f.tracking_state[ends] != TrackingState.TRACKED).any() for f in frames])
     stamps = np.array([each.stamp_ns for each in frames], np.int64)
     latest = np.clip(np.searchsorted(stamps, stamps_ns, side="right") - 1, 0, None)
-    return np.asarray(hidden[latest])
+    return hidden[latest]

@@ -22,7 +22,6 @@ from pose_core.api import (
     angle_series,
     wrapped,
 )
-from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_evaluation.offline import tracked_series
 
@@ -89,7 +88,7 @@ def _asked(
 
 
 def _stddev_deg(poses: list[BodyEstimate]) -> float:
-    stddev: FloatArray = np.array([pose.position_stddev[6:] for pose in poses])
+    stddev = np.array([pose.position_stddev[6:] for pose in poses])
     return float(np.degrees(np.nanmedian(stddev)))
 
 

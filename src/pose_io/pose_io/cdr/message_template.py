@@ -69,12 +69,12 @@ class MessageTemplate:
     @property
     def float64(self) -> FloatArray:
         """The message's float64 numbers, in the order of its fields."""
-        return np.asarray(self._row.view("<f8")[self._places.float64])
+        return self._row.view("<f8")[self._places.float64]
 
     @property
     def float32(self) -> NDArray[np.float32]:
         """The message's float32 numbers, in the order of its fields."""
-        return np.asarray(self._row.view("<f4")[self._places.float32])
+        return self._row.view("<f4")[self._places.float32]
 
     def fill(
         self,

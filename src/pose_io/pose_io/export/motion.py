@@ -53,7 +53,7 @@ class BodyMotion:
     @property
     def times_s(self) -> FloatArray:
         """Time since the first instant [s], shape (n,)."""
-        return np.asarray((self.stamps_ns - self.stamps_ns[0]) * 1e-9)
+        return (self.stamps_ns - self.stamps_ns[0]) * 1e-9
 
     @cached_property
     def pose(self) -> BodyPose:
@@ -91,7 +91,7 @@ class BodyMotion:
         count = int((self.stamps_ns[-1] - self.stamps_ns[0]) / step_ns + 1e-6) + 1
         stamps_ns = self.stamps_ns[0] + np.round(np.arange(count) * step_ns).astype(np.int64)
         stamps_ns = self._snapped(np.minimum(stamps_ns, self.stamps_ns[-1]))
-        old, new = self.times_s, np.asarray((stamps_ns - self.stamps_ns[0]) * 1e-9)
+        old, new = self.times_s, (stamps_ns - self.stamps_ns[0]) * 1e-9
         dof, stddev = (
             np.stack([np.interp(new, old, column) for column in columns.T], axis=1)
             for columns in (self.dof, self.stddev)

@@ -195,7 +195,7 @@ class _JointCentres:
         found = [self._markers.positions[m] for m in labels if m in self._markers.positions]
         if not found or (all_of and len(found) < len(labels)):
             return self._nothing
-        return found[0] if first else np.asarray(np.mean(found, axis=0))
+        return found[0] if first else np.mean(found, axis=0)
 
 
 def _chord(
@@ -213,12 +213,12 @@ def _chord(
         away = beside - marker
         away = -_unit(away - np.sum(away * along, axis=1, keepdims=True) * along)
         share = offset_m / length
-        return np.asarray(marker + offset_m * (share * along + np.sqrt(1.0 - share**2) * away))
+        return marker + offset_m * (share * along + np.sqrt(1.0 - share**2) * away)
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+        return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def _median_length(vectors: FloatArray) -> float:

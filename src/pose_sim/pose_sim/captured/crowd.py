@@ -106,7 +106,7 @@ def _paths(people: int, count: int, rng: np.random.Generator) -> FloatArray:
         velocity += (apart / distance[..., None] * push[..., None]).sum(axis=1) * 6.0
         place = place + velocity / RATE
         paths[:, step] = place
-    return np.asarray(gaussian_filter1d(paths, 0.15 * RATE, axis=1, mode="nearest"))
+    return gaussian_filter1d(paths, 0.15 * RATE, axis=1, mode="nearest")
 
 
 def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:

@@ -5,7 +5,6 @@ from scipy.interpolate import make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_sim.angles import JOINT_NAMES
 from pose_sim.body import BodyPoses
@@ -47,7 +46,7 @@ def motion_of(clip: Clip, duration: float, *, place: tuple[float, float], facing
     frames = np.arange(len(rows)) / RATE
     times = np.arange(int(np.ceil(duration * GRID_RATE)) + 1) / GRID_RATE
     times = np.minimum(times, frames[-1])
-    joints: FloatArray = make_interp_spline(frames, positions, k=5)(times)
+    joints = make_interp_spline(frames, positions, k=5)(times)
     rotations = {
         name: Slerp(frames, turn * each[rows])(times).as_matrix()
         for name, each in clip.rotations.items()

@@ -97,7 +97,7 @@ def without_empty(parts: Iterable[Section]) -> list[Section]:
 def _motion(analysis: Analysis) -> Section:
     of = REFERENCE if analysis.compared is not None else analysis.recording.focus
     shown = list(dict.fromkeys([of, analysis.recording.focus]))
-    blocks: list[Block] = [range_table(analysis.ranges)]
+    blocks = [range_table(analysis.ranges)]
     for name in shown:
         blocks += [peak_table(name, analysis.ranges[name])]
         blocks += [symmetry_table(name, analysis.ranges[name])]
@@ -183,7 +183,7 @@ def _joint(analysis: Analysis, joint: str) -> Section:
     text = "All in map; the reference is moved by one rotation and translation onto "
     text += f"{method_label(analysis.recording.focus)}."
     has_joints = analysis.compared is not None and analysis.compared.joints is not None
-    blocks: list[Block] = [joint_figures(analysis, joint)]
+    blocks = [joint_figures(analysis, joint)]
     return Section(
         anchor="joint",
         title=f"Path of the {readable(joint)}",
