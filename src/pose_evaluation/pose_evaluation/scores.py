@@ -121,13 +121,11 @@ def evaluate(methods: Mapping[str, SkeletonSeries], reference: Reference) -> Eva
         InputError: If they do not overlap for at least a second.
     """
     window = common_window(reference, methods)
-    duration_s = float(window.stamps_ns[-1] - window.stamps_ns[0]) * 1e-9
-    scores = tuple(score_method(name, series, window) for name, series in methods.items())
     return Evaluation(
         reference=reference.name,
         synthetic=reference.synthetic,
-        duration_s=duration_s,
-        methods=scores,
+        duration_s=float(window.stamps_ns[-1] - window.stamps_ns[0]) * 1e-9,
+        methods=tuple(score_method(name, series, window) for name, series in methods.items()),
     )
 
 

@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.faults.fault import Fault, Signal, Window
-from pose_bench.faults.judging import RECOVERY_S, FaultResult, Poses, Truth, judge
+from pose_bench.faults.judging import RECOVERY_S, FaultResult, Poses, judge
 from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer, Planned, planned
 from pose_bench.processes import pids_of
 from pose_calibration.files.extrinsics_file import save_extrinsics
-from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
+from pose_core.api import ImuSample, SkeletonSample, SkeletonSeries, extrinsics_from_map
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_evaluation.offline import MethodSetup, run_methods
+from pose_evaluation.offline import MethodSetup, run_methods, tracked_series
 from pose_fusion.launched_graph import launch, up_command
 from pose_node.child_process import stop
 from pose_sim.captured.clip import RATE
@@ -200,11 +200,11 @@ def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[]
     ]
 
 
-def truth_of(person: CapturedSession, start_ns: int) -> Truth:
+def truth_of(person: CapturedSession, start_ns: int) -> SkeletonSeries:
     """The captured joints on the clock of a replay."""
     positions = person.clip.positions
     stamps = start_ns + np.round(np.arange(len(positions)) / RATE * NS_PER_S).astype(np.int64)
-    return Truth(stamps_ns=stamps, positions=positions)
+    return tracked_series(stamps, positions)
 
 
 def _reference(person: CapturedSession, slots: Sequence[Slot], start_ns: int) -> Poses:

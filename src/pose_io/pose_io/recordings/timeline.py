@@ -56,11 +56,10 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> StreamTimeline:
         fit = fit_clock(stream.sensor_time_ns, stream.host_time_ns)
         order = _without_repeated(fit.epoch, stream.sensor_time_ns)
         counts.add("frames_repeated", len(stream) - len(order))
-        is_late = _is_late(order, fit.epoch, stream.sensor_time_ns)
+        is_late, in_order = _sorted_in_epochs(order, fit.epoch, stream.sensor_time_ns)
         if clock == SENSOR:
-            time_ns = fit.capture_ns
+            time_ns, order = fit.capture_ns, in_order
             counts.add("frames_reordered", int(is_late.sum()))
-            order = _sorted_in_epochs(order, fit.epoch, stream.sensor_time_ns)
         else:
             counts.add("frames_out_of_order", int(is_late.sum()))
             order, fit = order[~is_late], None
@@ -78,24 +77,21 @@ def _without_repeated(epoch: StampArray, sensor_ns: StampArray) -> StampArray:
     return np.sort(first)
 
 
-def _is_late(order: StampArray, epoch: StampArray, sensor_ns: StampArray) -> NDArray[np.bool_]:
-    """Whether a later frame of the same epoch arrived before this one."""
-    late = np.zeros(len(order), dtype=bool)
-    for number in np.unique(epoch):
-        members = np.flatnonzero(epoch[order] == number)
-        times = sensor_ns[order[members]]
-        late[members] = times < np.maximum.accumulate(times)
-    return late
+def _sorted_in_epochs(
+    order: StampArray, epoch: StampArray, sensor_ns: StampArray
+) -> tuple[NDArray[np.bool_], StampArray]:
+    """Sort each epoch's frames by the sensor's clock, within the epoch's positions.
 
-
-def _sorted_in_epochs(order: StampArray, epoch: StampArray, sensor_ns: StampArray) -> StampArray:
-    """Sort each epoch's frames by the sensor's clock, within the epoch's positions."""
-    result = order.copy()
+    Returns:
+        Whether a later frame of the same epoch arrived before each one; and the sorted frames.
+    """
+    is_late, in_order = np.zeros(len(order), dtype=bool), order.copy()
     for number in np.unique(epoch):
         places = np.flatnonzero(epoch[order] == number)
-        members = order[places]
-        result[places] = members[np.argsort(sensor_ns[members])]
-    return result
+        times = sensor_ns[order[places]]
+        is_late[places] = times < np.maximum.accumulate(times)
+        in_order[places] = order[places][np.argsort(times)]
+    return is_late, in_order
 
 
 def _longest_increasing(values: StampArray) -> StampArray:

@@ -7,6 +7,7 @@ simulates the identity switches of trackers.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_sim.captured.clips import RATE, Clip, chain, heading, mid_hip, read_clip
-from pose_sim.captured.session import looking_at, stamp_of
+from pose_sim.captured.session import camera_around, stamp_of
 from pose_sim.captured.trackers import TRACKERS, at, track
 from pose_sim.scene import SENSORS
 
@@ -69,10 +70,7 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
         for clip, path, scale in zip(spec.clips, paths, scales, strict=True)
     ]
     absences = [_absences(count, rng) if spec.leaves else np.zeros(count, bool) for _ in people]
-    places = {
-        sensor: looking_at(_camera_place(index, rng), np.array([0.0, 0.0, 0.9]))
-        for index, sensor in enumerate(SENSORS)
-    }
+    places = {sensor: _camera_pose(index, rng) for index, sensor in enumerate(SENSORS)}
     frames = [
         frame
         for sensor, place in places.items()
@@ -82,11 +80,9 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
     return Crowd(T_map_sensor=places, frames=frames)
 
 
-def _camera_place(index: int, rng: np.random.Generator) -> FloatArray:
+def _camera_pose(index: int, rng: np.random.Generator) -> FloatArray:
     angle = np.radians((-35.0, 35.0)[index]) + rng.uniform(-0.1, 0.1)
-    place = CAMERA_DISTANCE * np.array([np.cos(angle), np.sin(angle), 0.0])
-    place[2] = rng.uniform(1.2, 1.8)
-    return place
+    return camera_around(angle, CAMERA_DISTANCE, rng.uniform(1.2, 1.8))
 
 
 def _paths(people: int, count: int, rng: np.random.Generator) -> FloatArray:
@@ -176,14 +172,11 @@ def _hiders(
     sight = middles - camera
     distance = np.linalg.norm(sight[..., :2], axis=2)
     hider = np.full(distance.shape, -1)
-    for i in range(len(middles)):
-        for j in range(len(middles)):
-            if i == j:
-                continue
-            cross = sight[i, :, 0] * sight[j, :, 1] - sight[i, :, 1] * sight[j, :, 0]
-            beside = np.abs(cross) / distance[i]  # of the nearer person from the line of sight
-            hides = (distance[j] < distance[i]) & (beside < HIDES_M) & visible[j]
-            hider[i, hides & visible[i]] = j
+    for i, j in permutations(range(len(middles)), 2):
+        cross = sight[i, :, 0] * sight[j, :, 1] - sight[i, :, 1] * sight[j, :, 0]
+        beside = np.abs(cross) / distance[i]  # of the nearer person from the line of sight
+        hides = (distance[j] < distance[i]) & (beside < HIDES_M) & visible[j]
+        hider[i, hides & visible[i]] = j
     return hider
 
 

@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
 from pose_core.joints import JOINT_INDEX, SIDES
-from pose_sim.angles import JOINT_NAMES
+from pose_sim.angles import AXIAL_ROTATIONS
 from pose_sim.body import BodyPoses
 from pose_sim.captured.clip import PROXIMAL_JOINTS, RATE, Clip
 from pose_sim.captured.clips import heading, mid_hip
@@ -59,4 +59,4 @@ def motion_of(clip: Clip, duration: float, *, place: tuple[float, float], facing
         joints=joints, rotations=rotations, origins=origins, contacts=np.zeros((len(times), 4, 3))
     )
     unknown = np.full(len(times), np.nan)
-    return Motion(times=times, angles=dict.fromkeys(JOINT_NAMES, unknown), pose=pose)
+    return Motion(times=times, angles=dict.fromkeys(AXIAL_ROTATIONS, unknown), pose=pose)

@@ -20,6 +20,7 @@ from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import heading
 from pose_sim.captured.residuals import resampled_residuals
 from pose_sim.occlusion import hidden
+from pose_sim.rotations import about_z
 from pose_sim.tracker_errors import slow_process
 
 HEIGHT = 1.7  # [m] height of the body model for occlusions
@@ -179,15 +180,12 @@ def _offsets(
     shape = len(true), joints, 3
     offset = model.constant_offset * rng.standard_normal((1, joints, 3))
     offset = offset + model.slow_offset * slow_process(shape, model.slow_s, model.rate, rng)
-    yaw = heading(true)
-    c, s = np.cos(yaw), np.sin(yaw)
+    R_map_body = about_z(heading(true))
     if model.facing:
-        sight = camera - true.mean(axis=1)
-        facing = (c * sight[:, 0] + s * sight[:, 1]) / np.linalg.norm(sight[:, :2], axis=1)
+        sight = (camera - true.mean(axis=1))[:, :2]
+        facing = np.sum(R_map_body[:, :2, 0] * sight, axis=1) / np.linalg.norm(sight, axis=1)
         offset = offset * (1.0 + 0.5 * model.facing * (1.0 - facing))[:, None, None]
-    x, y, z = np.moveaxis(offset, 2, 0)
-    c, s = c[:, None], s[:, None]
-    return np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(z, x.shape)], axis=2)
+    return offset @ np.swapaxes(R_map_body, 1, 2)
 
 
 def at(instants: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
