@@ -190,14 +190,9 @@ def trial_errors(
     trials: Sequence[Trial], variant: Variant, track: Track = iter
 ) -> list[FloatArray]:
     """The errors of a filter on each trial."""
-    return [
-        errors(
-            orientation[trial.judged],
-            trial.truth[trial.judged],
-            knows_heading=variant.knows_heading,
-        )
-        for trial, orientation in zip(trials, filtered(trials, variant, track), strict=True)
-    ]
+    found = zip(trials, filtered(trials, variant, track), strict=True)
+    knows_heading = variant.knows_heading
+    return [errors(q[t.judged], t.truth[t.judged], knows_heading=knows_heading) for t, q in found]
 
 
 def synthetic_errors(

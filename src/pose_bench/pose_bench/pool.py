@@ -9,9 +9,11 @@ from itertools import starmap
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
-from rich.progress import Progress
+from rich.console import Console
+from rich.progress import MofNCompleteColumn, TimeRemainingColumn
 
 from pose_core.errors import InputError
+from pose_node.plain_console import progress_bar
 
 T = TypeVar("T")
 
@@ -45,22 +47,22 @@ def run_all(
     arguments: Sequence[tuple[Any, ...]],
     *,
     jobs: int,
-    bar: Progress,
     name: str,
 ) -> list[T]:
-    """Call a function with each of many arguments.
+    """Call a function with each of many arguments, and show the number of finished calls.
 
     Args:
         work: A module-level function, which can be pickled.
         arguments: Its arguments, call by call.
         jobs: Number of parallel processes; 1 runs in this process.
-        bar: Shows the number of finished calls.
-        name: Name of the calls there.
+        name: Name of the calls in the progress bar.
 
     Returns:
         The results in the order of the arguments, whatever the number of jobs.
     """
+    columns = MofNCompleteColumn(), TimeRemainingColumn()
     with ExitStack() as stack:
+        bar = stack.enter_context(progress_bar(Console(stderr=True), *columns))
         found: Iterator[T] = starmap(work, arguments)
         if min(jobs, len(arguments)) > 1:
             # Forked processes would inherit the progress bar's thread and its locks.

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from pose_core.api import (
     ANGLES,
-    AngleSeries,
     FloatArray,
     SkeletonSeries,
     angle_series,
@@ -29,7 +28,7 @@ from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.stability import Stability, bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
-from pose_io.references.reference import Reference
+from pose_io.references.reference import Reference, reference_of_skeleton
 
 ReferenceSeries = SkeletonSeries | Reference
 HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
@@ -157,7 +156,9 @@ def common_window(
 
 def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) -> MethodScores:
     """Compare one method with a reference, at the reference's instants inside their overlap."""
-    known, joints = _angles_and_joints(reference)
+    if isinstance(reference, SkeletonSeries):
+        reference = reference_of_skeleton("", reference)
+    known, joints = reference.angles, reference.skeleton
     shift_s = estimate_angle_shift(angle_series(series), known)
     positions = series.shifted(-shift_s).at(reference.stamps_ns)
     expected, found = without_sideways_flexion(known.angles), joint_angles(positions)
@@ -174,12 +175,6 @@ def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) 
         shift_s=shift_s,
         coverage=float(np.mean(np.any(known_joints(positions), axis=1))),
     )
-
-
-def _angles_and_joints(reference: ReferenceSeries) -> tuple[AngleSeries, SkeletonSeries | None]:
-    if isinstance(reference, SkeletonSeries):
-        return angle_series(reference), reference
-    return reference.angles, reference.skeleton
 
 
 def score_angle(found: FloatArray, expected: FloatArray) -> AngleScore:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, TimeRemainingColumn
 
 from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_session
 from pose_bench.captured_suite import captured_specs
@@ -19,7 +18,6 @@ from pose_core.api import PipelineParameters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_core.parameters import specs as parameter_specs
-from pose_node.plain_console import progress_bar
 from pose_sim.captured.imus import ImuModel
 from pose_sim.captured.session import CapturedSpec
 
@@ -82,17 +80,15 @@ def run(arguments: argparse.Namespace) -> int:
     work = run_session
     if arguments.through_bags:
         from pose_bench.tools.captured_bags import through_bags as work  # loads ROS's messages
-    console = Console(stderr=True)
-    with progress_bar(console, MofNCompleteColumn(), TimeRemainingColumn()) as bar:
-        calls = [(spec, methods) for spec in chosen]
-        found = run_all(work, calls, jobs=arguments.jobs, bar=bar, name="sessions")
+    calls = [(spec, methods) for spec in chosen]
+    found = run_all(work, calls, jobs=arguments.jobs, name="sessions")
     scores = [score for each in found for score in each]
     tables = [summary_table(scores, f"Captured people, {len(chosen)} sessions")]
     if not (arguments.imu_sets or arguments.ablation):
         tables.append(source_table(scores, BY_SOURCE))
     rows = {"captured.csv": captured_csv(scores)}
     publish(tables, SUMMARY, arguments.output, "captured.md", **rows)
-    return _report_failures(scores, console)
+    return _report_failures(scores)
 
 
 def chosen_specs(arguments: argparse.Namespace) -> list[CapturedSpec]:
@@ -124,7 +120,8 @@ def chosen_methods(arguments: argparse.Namespace) -> tuple[CapturedMethod, ...]:
     return tuple(m for m in METHODS if m.name in wanted and m.estimator in there)
 
 
-def _report_failures(scores: Sequence[CapturedScore], console: Console) -> int:
+def _report_failures(scores: Sequence[CapturedScore]) -> int:
+    console = Console(stderr=True)
     for score in scores:
         if score.error:
             line = f"failed: {score.method} on {score.source}, {score.session}: {score.error}"

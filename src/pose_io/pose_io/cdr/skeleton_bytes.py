@@ -122,7 +122,7 @@ class SkeletonReader:
 
 
 def _form_of(data: bytes, sensor: str) -> _Form:
-    walker = Walker(data, SKELETON_ARRAY)
+    walker = Walker(data)
     walker.skip(4, 2)
     frame = walker.string()
     seen: set[str] = set()

@@ -142,15 +142,9 @@ def _uncertainty(analysis: Analysis) -> Section:
 def _sources(analysis: Analysis) -> Section:
     method = _account_of(analysis)
     key = _key((name, SOURCE_COLOURS[source]) for source, name in SOURCE_NAMES.items())
-    return Section(
-        anchor="sources",
-        title="Sources",
-        blocks=[
-            key,
-            source_figure(analysis, method),
-            source_table(method, analysis.recording.estimates[method]),
-        ],
-    )
+    table = source_table(method, analysis.recording.estimates[method])
+    blocks: list[Block] = [key, source_figure(analysis, method), table]
+    return Section(anchor="sources", title="Sources", blocks=blocks)
 
 
 def _key(entries: Iterable[tuple[str, str]]) -> Markup:
