@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 from scipy.spatial.transform import Rotation
@@ -31,6 +30,7 @@ from pose_bench.sessions import JUDGED_FROM_S
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import BoolArray
 from pose_sim.session import make_session, settings_of
 from pose_sim.virtual_imu import NODES
 
@@ -122,7 +122,7 @@ class Trial:
     acceleration: FloatArray
     magnetic_field: FloatArray
     truth: FloatArray
-    judged: NDArray[np.bool_]
+    judged: BoolArray
 
 
 def read_broad(folder: Path) -> list[Trial]:

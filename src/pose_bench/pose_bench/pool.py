@@ -1,7 +1,5 @@
 """Running independent calls in several processes."""
 
-import argparse
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
@@ -12,34 +10,9 @@ from typing import Any, TypeVar
 from rich.console import Console
 from rich.progress import MofNCompleteColumn, TimeRemainingColumn
 
-from pose_core.errors import InputError
 from pose_node.plain_console import progress_bar
 
 T = TypeVar("T")
-
-
-def add_jobs_argument(parser: argparse.ArgumentParser, most: int | None = None) -> None:
-    """Declare the option ``--jobs``: by default as many as there are cores, up to ``most``."""
-    cores = os.cpu_count() or 1
-    parser.add_argument(
-        "--jobs",
-        type=jobs,
-        default=min(most or cores, cores),
-        metavar="N",
-        help="processes at once (default: %(default)s)",
-    )
-
-
-def jobs(text: str) -> int:
-    """The value of ``--jobs``.
-
-    Raises:
-        InputError: If it is not positive.
-    """
-    count = int(text)
-    if count < 1:
-        raise InputError(f"jobs = {count}: expected 1 or more")
-    return count
 
 
 def run_all(

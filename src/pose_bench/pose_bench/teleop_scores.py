@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import nanoseconds
+from pose_io.arrays import IntArray
 from pose_io.bags import BagReader, open_bag
 from pose_io.robot_motion import COMMAND, ROBOT, TARGET, JointMotion, read_joint_motion
 from pose_teleop.arm_controller import command_limits
@@ -92,7 +92,7 @@ def _followed(target: JointMotion, command: JointMotion) -> float:
     return float(steps_ns[steps_ns < LONGEST_NS].sum() / span_ns)
 
 
-def _first_points(bag: BagReader) -> tuple[NDArray[np.int64], FloatArray]:
+def _first_points(bag: BagReader) -> tuple[IntArray, FloatArray]:
     """Time of each command [ns], (n,), and position, velocity, acceleration, (n, 3, d)."""
     sent_ns, points = [], []
     for message in bag.messages([TRAJECTORY]):
@@ -103,7 +103,7 @@ def _first_points(bag: BagReader) -> tuple[NDArray[np.int64], FloatArray]:
     return np.array(sent_ns, np.int64), np.array(points, float)
 
 
-def _largest_jerk(sent_ns: NDArray[np.int64], acceleration: FloatArray) -> float:
+def _largest_jerk(sent_ns: IntArray, acceleration: FloatArray) -> float:
     """Largest jerk between accelerations of consecutive commands [rad/s3]."""
     step_s = np.diff(sent_ns) * 1e-9
     together = (step_s > 0.002) & (step_s < 0.03)

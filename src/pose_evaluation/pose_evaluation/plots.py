@@ -18,6 +18,7 @@ from pose_core.errors import InputError, writing
 from pose_core.joints import SIDES
 from pose_evaluation.scores import Evaluation
 from pose_evaluation.stability import BONES, bone_lengths
+from pose_io.arrays import BoolArray
 from pose_io.robot_motion import JointMotion
 
 REFERENCE = "reference"
@@ -164,9 +165,7 @@ def style_of(name: str, names: Sequence[str]) -> tuple[str, float, str]:
     return SENSOR_COLOURS[sensors.index(name) % len(SENSOR_COLOURS)], 0.9, "-"
 
 
-def _interrupted(
-    times: NDArray[np.floating], values: FloatArray, jumps: NDArray[np.bool_]
-) -> FloatArray:
+def _interrupted(times: NDArray[np.floating], values: FloatArray, jumps: BoolArray) -> FloatArray:
     """Times and values of a line, (2, m), with a NaN wherever the next sample is a jump."""
     return np.insert([times, values], np.flatnonzero(jumps) + 1, np.nan, axis=1)
 

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.api import (
     ANGLES,
@@ -28,6 +27,7 @@ from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.stability import Stability, bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
+from pose_io.arrays import BoolArray
 from pose_io.references.reference import Reference, reference_of_skeleton
 
 ReferenceSeries = SkeletonSeries | Reference
@@ -222,6 +222,6 @@ def rigidly_aligned(positions: FloatArray, target: FloatArray) -> FloatArray:
     return transformed(best_rigid_transform(positions[known], target[known]), positions)
 
 
-def known_joints(positions: FloatArray) -> NDArray[np.bool_]:
+def known_joints(positions: FloatArray) -> BoolArray:
     """Mask of the joints with a position, shape (n, 15)."""
     return np.asarray(np.isfinite(positions).all(axis=2))

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import correlate
 
 from pose_core.api import (
@@ -14,6 +13,7 @@ from pose_core.api import (
     angle_series,
     without_sideways_flexion,
 )
+from pose_io.arrays import IntArray
 
 GRID_RATE = 100.0  # [Hz]
 MAX_SHIFT_S = 0.5  # [s]
@@ -68,9 +68,7 @@ def estimate_angle_shift(
     return float(lags[best] + _peak_offset(scores, best)) / GRID_RATE
 
 
-def pooled_correlations(
-    expected: FloatArray, found: FloatArray
-) -> tuple[NDArray[np.int64], FloatArray]:
+def pooled_correlations(expected: FloatArray, found: FloatArray) -> tuple[IntArray, FloatArray]:
     """Correlation of all angles together at every lag.
 
     Args:

@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.typesys.store import Typestore
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import ByteArray
 from pose_io.names import WORLD_FRAME, sensor_frame
 
 
@@ -34,8 +35,8 @@ class MessageMaker:
         self,
         header: Any,
         person: str,
-        positions: NDArray[np.float64],
-        tracking_state: NDArray[np.uint8],
+        positions: FloatArray,
+        tracking_state: ByteArray,
     ) -> Any:
         """One person's joints, (15, 3) [m] in the header's frame, and their states, (15,)."""
         point = self._types["geometry_msgs/msg/Point"]
@@ -55,10 +56,10 @@ class MessageMaker:
     def imu(
         self,
         header: Any,
-        orientation: NDArray[np.float64],
-        orientation_stddev: NDArray[np.float64],
-        angular_velocity: NDArray[np.float64],
-        linear_acceleration: NDArray[np.float64] | None = None,
+        orientation: FloatArray,
+        orientation_stddev: FloatArray,
+        angular_velocity: FloatArray,
+        linear_acceleration: FloatArray | None = None,
     ) -> Any:
         """An IMU's sample.
 
@@ -83,9 +84,7 @@ class MessageMaker:
             linear_acceleration_covariance=np.array([marked, *[0.0] * 8]),
         )
 
-    def sensor_transforms(
-        self, T_map_sensor: Mapping[str, NDArray[np.float64]], stamp_ns: int
-    ) -> Any:
+    def sensor_transforms(self, T_map_sensor: Mapping[str, FloatArray], stamp_ns: int) -> Any:
         """Poses of Kinects in map, (4, 4) by sensor name, for ``/tf_static``."""
         transforms = [
             self.make(
@@ -102,10 +101,10 @@ class MessageMaker:
         ]
         return self.make("tf2_msgs/TFMessage", transforms=transforms)
 
-    def _vector(self, values: NDArray[np.float64]) -> Any:
+    def _vector(self, values: FloatArray) -> Any:
         x, y, z = values.tolist()
         return self.make("geometry_msgs/Vector3", x=x, y=y, z=z)
 
-    def _quaternion(self, values: NDArray[np.float64]) -> Any:
+    def _quaternion(self, values: FloatArray) -> Any:
         x, y, z, w = values.tolist()
         return self.make("geometry_msgs/Quaternion", x=x, y=y, z=z, w=w)

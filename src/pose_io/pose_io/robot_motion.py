@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.stamps import nanoseconds
+from pose_io.arrays import IntArray
 from pose_io.bags import BagReader
 
 TARGET, COMMAND, ROBOT = "arm/target", "arm/command", "arm/joint_states"
@@ -17,8 +17,8 @@ class JointMotion:
     """Joint states of one topic: n messages, d joints."""
 
     joints: tuple[str, ...]
-    stamps_ns: NDArray[np.int64]  # (n,) of the messages
-    recorded_ns: NDArray[np.int64]  # (n,) when they were received
+    stamps_ns: IntArray  # (n,) of the messages
+    recorded_ns: IntArray  # (n,) when they were received
     position: FloatArray  # (n, d) [rad]
     velocity: FloatArray  # (n, d) [rad/s]; NaN where the message has none
 

@@ -22,6 +22,7 @@ from imu_bridge.protocols.star import (
 from imu_bridge.sequence import SEQUENCE_MODULUS
 from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import ByteArray, IntArray
 from pose_sim.body import Body
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.motion import Motion
@@ -69,7 +70,7 @@ class Measurements:
     """Measurements of one node in SI units, before quantisation."""
 
     sample_s: FloatArray  # (n,) [s] true time of sampling on the host's clock
-    clock_us: NDArray[np.int64]  # (n,) [us] on the node's clock, not wrapped
+    clock_us: IntArray  # (n,) [us] on the node's clock, not wrapped
     angular_velocity: FloatArray  # (n, 3) [rad/s]
     specific_force: FloatArray  # (n, 3) [m/s^2]
     magnetic_field: FloatArray  # (n, 3) [T]
@@ -79,8 +80,8 @@ class Measurements:
 class ImuFrames:
     """All nodes' frames in the order in which they reach the host."""
 
-    due_ns: NDArray[np.int64]  # (n,) [ns] on the host's clock, from the session's start
-    node_id: NDArray[np.uint8]  # (n,)
+    due_ns: IntArray  # (n,) [ns] on the host's clock, from the session's start
+    node_id: ByteArray  # (n,)
     sequence: NDArray[np.uint16]  # (n,)
     clock_us: NDArray[np.uint32]  # (n,)
     accelerometer: NDArray[np.int16]  # (n, 3) counts
@@ -184,7 +185,7 @@ def to_frames(
 
 def _clock(
     duration: float, p: ImuParameters, rng: np.random.Generator
-) -> tuple[FloatArray, NDArray[np.int64]]:
+) -> tuple[FloatArray, IntArray]:
     """Sampling times [s] on the host's clock and on the node's clock [us], which is regular."""
     period = 1.0 / p.sample_rate
     phase, boot = rng.uniform(0.0, period), rng.uniform(5.0, 3000.0)  # [s]

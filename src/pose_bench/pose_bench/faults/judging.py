@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_bench.faults.fault import Fault
 from pose_core.api import SkeletonSeries, joint_angles, without_sideways_flexion, wrapped
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import IntArray
 from pose_node.node_status import NodeStatus
 
 RECOVERY_S = 5.0  # [s] evaluated after a fault
@@ -26,8 +26,8 @@ BONES = [*LIMB_ENDS.values(), ("torso", "neck"), ("left_hip", "right_hip")]
 class Poses:
     """n messages of one topic."""
 
-    stamps_ns: NDArray[np.int64]  # (n,)
-    arrived_ns: NDArray[np.int64]  # (n,)
+    stamps_ns: IntArray  # (n,)
+    arrived_ns: IntArray  # (n,)
     values: FloatArray  # (n, joints) [rad], or (n, 15, 3) [m]
 
     def between(self, begin_ns: int, end_ns: int) -> "Poses":

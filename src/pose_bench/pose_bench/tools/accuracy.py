@@ -9,7 +9,8 @@ from typing import Any
 
 from pose_bench import kinectmultitrack, uiprmd
 from pose_bench.one_camera import RAW
-from pose_bench.pool import add_jobs_argument, run_all
+from pose_bench.options import add_jobs_argument
+from pose_bench.pool import run_all
 from pose_bench.tables import TextTable
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError

@@ -12,7 +12,8 @@ from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_sess
 from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
-from pose_bench.pool import add_jobs_argument, run_all
+from pose_bench.options import add_jobs_argument, add_motion_argument
+from pose_bench.pool import run_all
 from pose_bench.tools.showing import publish
 from pose_core.api import PipelineParameters
 from pose_core.errors import InputError
@@ -29,14 +30,7 @@ BY_SOURCE = ("default", "default+imus")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--motion",
-        type=Path,
-        action="append",
-        metavar="DIR",
-        help="folder of clips (.npz, .bvh), see pose_sim; may be given again (default: the "
-        "bundled ones)",
-    )
+    add_motion_argument(parser)
     parser.add_argument(
         "--tuning",
         action="store_true",

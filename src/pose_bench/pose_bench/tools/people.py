@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from pose_bench.options import add_motion_argument
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.api import PeopleTracker
@@ -74,14 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--duration", type=float, default=60.0, metavar="S", help="of each scene [s] (60)"
     )
     parser.add_argument("--seed", type=int, default=0, help="of the first scene (0)")
-    parser.add_argument(
-        "--motion",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="folder of clips (.npz, .bvh); may be given again (default: the bundled ones)",
-    )
+    add_motion_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from rich.console import Console
 from pose_bench.captured import true_extrinsics
 from pose_bench.captured_suite import captured_specs
 from pose_bench.one_camera import CAMERA, LEVEL_MOUNTING, view_of_stream
+from pose_bench.options import add_motion_argument
 from pose_bench.tables import UNKNOWN, TextTable, number
 from pose_bench.tools.showing import publish
 from pose_calibration.session_calibration import calibrate
@@ -100,9 +101,7 @@ def _limits(bag: BagReader, topic: str) -> dict[str, tuple[float, float]]:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--motion", type=Path, action="append", metavar="DIR", help="folder of clips, see pose_sim"
-    )
+    add_motion_argument(parser)
     parser.add_argument(
         "--recording",
         type=Path,

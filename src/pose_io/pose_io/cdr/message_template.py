@@ -14,6 +14,7 @@ from rosbags.typesys.store import Typestore
 
 from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import type_specialised
+from pose_io.arrays import BoolArray, ByteArray, IntArray
 from pose_io.cdr.kernels import HEADER_SIZE, NumberPlaces, fill_rows
 
 MARGIN = 4  # [bytes] before the encapsulation
@@ -59,7 +60,7 @@ class MessageTemplate:
             }
         )
 
-    def change_only(self, float64: NDArray[np.bool_], float32: NDArray[np.bool_]) -> None:
+    def change_only(self, float64: BoolArray, float32: BoolArray) -> None:
         """Select the numbers that :meth:`fill` replaces, masks of shapes (k,) and (l,)."""
         places = self._places
         self._places = places._replace(
@@ -78,11 +79,11 @@ class MessageTemplate:
 
     def fill(
         self,
-        stamps_ns: NDArray[np.int64],
+        stamps_ns: IntArray,
         float64: FloatArray,
         float32: NDArray[np.float32] | None = None,
-        uint8: NDArray[np.uint8] | None = None,
-    ) -> NDArray[np.uint8]:
+        uint8: ByteArray | None = None,
+    ) -> ByteArray:
         """The bytes of n messages with other numbers, shape (n, bytes).
 
         Args:

@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.counters import Counters
+from pose_io.arrays import BoolArray, IntArray
 from pose_io.recordings.clock_fit import ClockFit, fit_clock
-from pose_io.recordings.recording import SensorStream, StampArray
+from pose_io.recordings.recording import SensorStream
 
 SENSOR, HOST = "sensor", "host"
 CLOCKS = (SENSOR, HOST)
@@ -23,8 +23,8 @@ CLOCKS = (SENSOR, HOST)
 class StreamTimeline:
     """The usable frames of a stream and their capture stamps."""
 
-    frame: StampArray  # (k,) indices into the stream, in order of time
-    time_ns: StampArray  # (k,) [ns] capture on the host's clock, strictly increasing
+    frame: IntArray  # (k,) indices into the stream, in order of time
+    time_ns: IntArray  # (k,) [ns] capture on the host's clock, strictly increasing
     counts: Mapping[str, int]  # frames left out or moved, by reason
     fit: ClockFit | None  # of the sensor's clock, if it was used
 
@@ -71,15 +71,15 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> StreamTimeline:
     return StreamTimeline(frame=kept, time_ns=time_ns[kept], counts=counts.as_dict(), fit=fit)
 
 
-def _without_repeated(epoch: StampArray, sensor_ns: StampArray) -> StampArray:
+def _without_repeated(epoch: IntArray, sensor_ns: IntArray) -> IntArray:
     """Indices of the first occurrence of each sensor frame, in order of arrival."""
     _, first = np.unique(np.column_stack([epoch, sensor_ns]), axis=0, return_index=True)
     return np.sort(first)
 
 
 def _sorted_in_epochs(
-    order: StampArray, epoch: StampArray, sensor_ns: StampArray
-) -> tuple[NDArray[np.bool_], StampArray]:
+    order: IntArray, epoch: IntArray, sensor_ns: IntArray
+) -> tuple[BoolArray, IntArray]:
     """Sort each epoch's frames by the sensor's clock, within the epoch's positions.
 
     Returns:
@@ -94,7 +94,7 @@ def _sorted_in_epochs(
     return is_late, in_order
 
 
-def _longest_increasing(values: StampArray) -> StampArray:
+def _longest_increasing(values: IntArray) -> IntArray:
     """Indices of the longest strictly increasing subsequence.
 
     Keeps the largest number of frames: a single stamp far ahead does not exclude those after it.

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
+from pose_io.arrays import BoolArray
 from pose_sim.captured.clips import RATE, Clip, chain, heading, mid_hip, read_clip
 from pose_sim.captured.session import camera_around, stamp_of
 from pose_sim.captured.trackers import TRACKERS, at, track
@@ -121,7 +122,7 @@ def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
     return Clip(name=clip.name, positions=np.stack(moved, axis=1), rotations=rotations)
 
 
-def _absences(count: int, rng: np.random.Generator) -> NDArray[np.bool_]:
+def _absences(count: int, rng: np.random.Generator) -> BoolArray:
     """Mask of a person's absences, (count,)."""
     away = np.zeros(count, bool)
     start = round(rng.uniform(5.0, 15.0) * RATE)
@@ -136,7 +137,7 @@ def _camera_frames(
     sensor: str,
     place: FloatArray,
     people: Sequence[Clip],
-    absences: Sequence[NDArray[np.bool_]],
+    absences: Sequence[BoolArray],
     rng: np.random.Generator,
 ) -> list[CrowdFrame]:
     """Frames of one camera with all visible persons."""
@@ -165,9 +166,7 @@ def _camera_frames(
     return frames
 
 
-def _hiders(
-    middles: FloatArray, camera: FloatArray, visible: NDArray[np.bool_]
-) -> NDArray[np.int_]:
+def _hiders(middles: FloatArray, camera: FloatArray, visible: BoolArray) -> NDArray[np.int_]:
     """Index of the person who occludes each person from a camera, (people, frames); -1 if none."""
     sight = middles - camera
     distance = np.linalg.norm(sight[..., :2], axis=2)
@@ -191,7 +190,7 @@ class _Ids:
         self._rng = rng
         self._next = 1
 
-    def named(self, in_view: NDArray[np.bool_], hider: NDArray[np.int_]) -> list[str]:
+    def named(self, in_view: BoolArray, hider: NDArray[np.int_]) -> list[str]:
         """The id of each person in view at this instant, empty for the others."""
         for i, sees in enumerate(in_view.tolist()):
             self._in_view[i] = self._in_view[i] + 1 if sees else 0

@@ -7,7 +7,6 @@ drift; a hidden joint drifts by a decimetre and often still has the state TRACKE
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 from scipy.special import ndtr
@@ -15,6 +14,7 @@ from scipy.special import ndtr
 from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_core.joints import TrackingState
+from pose_io.arrays import ByteArray
 from pose_sim.captured.azure import NEAREST, as_published, azure_joints
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import heading
@@ -84,7 +84,7 @@ class TrackerFrames:
 
     stamps_s: FloatArray  # (n,) [s]
     positions: FloatArray  # (n, 15, 3) [m] in the camera's optical frame
-    tracking_state: NDArray[np.uint8]  # (n, 15)
+    tracking_state: ByteArray  # (n, 15)
 
     def sample(self, row: int, stamp_ns: int, sensor: str, person: str) -> SkeletonSample:
         """A frame as a sensor's sample of a person."""
@@ -149,9 +149,7 @@ def _stamps(end_s: float, model: TrackerModel, rng: np.random.Generator) -> Floa
     return np.sort(stamps + model.jitter * rng.standard_normal(len(stamps)))
 
 
-def _states(
-    covered: FloatArray, model: TrackerModel, rng: np.random.Generator
-) -> NDArray[np.uint8]:
+def _states(covered: FloatArray, model: TrackerModel, rng: np.random.Generator) -> ByteArray:
     """Tracking states of the joints, (n, 15)."""
     state = np.full(covered.shape, int(TrackingState.TRACKED), np.uint8)
     if model.has_confidence:
