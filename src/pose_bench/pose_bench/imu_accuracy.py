@@ -37,6 +37,7 @@ from pose_sim.virtual_imu import NODES
 Track = Callable[[Iterable[int]], Iterable[int]]
 """Function that shows the progress of an iteration."""
 
+DURATION_S, SEED = 60.0, 101  # [s], [-] of the synthetic sessions
 BROAD_KEYS = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement", "sampling_rate")
 
 
@@ -195,18 +196,16 @@ def trial_errors(
     return [errors(q[t.judged], t.truth[t.judged], knows_heading=knows_heading) for t, q in found]
 
 
-def synthetic_errors(
-    choreography: str, level: str, variant: Variant, *, seed: int, duration_s: float
-) -> FloatArray:
+def synthetic_errors(choreography: str, level: str, variant: Variant) -> FloatArray:
     """The errors of a filter over all nodes of the synthetic subject.
 
     The nodes' bytes are processed as by ``imu_bridge``, including the stamps.
     """
-    session = make_session(choreography, duration_s, seed, settings_of(level))
+    session = make_session(choreography, DURATION_S, SEED, settings_of(level))
     batch = processed(session, variant.parameters)
     # The link's minimum delay is part of the stamps; it is known here and removed.
     times = np.array(batch.stamp_ns) / NS_PER_S - session.settings.imu.radio_latency
-    judged = (times >= JUDGED_FROM_S) & (times <= duration_s)
+    judged = (times >= JUDGED_FROM_S) & (times <= DURATION_S)
     R_enu_map = Rotation.from_euler("z", session.heading_enu_map)
     found = []
     for i, node_id in enumerate(NODES):

@@ -24,8 +24,8 @@ class TextTable:
         return Table(
             caption=self.title,
             head=self.header[0],
-            columns=tuple(self.header[1:]),
-            rows=tuple(text_row(*row) for row in self.rows),
+            columns=self.header[1:],
+            rows=[text_row(*row) for row in self.rows],
             note=self.note,
         )
 

@@ -66,10 +66,12 @@ def score_teleop(bag_path: Path) -> TeleopScores:
     limits = command_limits(arm, ArmParameters())
     position, velocity, acceleration = (trajectories[:, i] for i in range(3))
     moved = measured.position
+    steps_ns = np.diff(target.recorded_ns)
     is_new = np.concatenate([[True], np.diff(command.stamps_ns) > 0])  # others are the timer's
     return TeleopScores(
         commands=len(command.stamps_ns),
-        followed=_followed(target, command),
+        # Only while a person is followed, targets are published.
+        followed=float(steps_ns[steps_ns < LONGEST_NS].sum() / max(np.ptp(command.recorded_ns), 1)),
         tool_mm=_tool_errors_mm(arm, target, measured),
         latency_ms=(command.recorded_ns - command.stamps_ns)[is_new] * 1e-6,
         jerk=_largest_jerk(sent_ns, acceleration) / float(limits.jerk.max()),
@@ -83,13 +85,6 @@ def score_teleop(bag_path: Path) -> TeleopScores:
             float((np.abs(measured.velocity) / arm.max_velocity).max() - 1.0),
         ),
     )
-
-
-def _followed(target: JointMotion, command: JointMotion) -> float:
-    """Share of the time in which a person is followed: only then targets are published."""
-    steps_ns = np.diff(target.recorded_ns)
-    span_ns = max(int(np.ptp(command.recorded_ns)), 1)
-    return float(steps_ns[steps_ns < LONGEST_NS].sum() / span_ns)
 
 
 def _first_points(bag: BagReader) -> tuple[IntArray, FloatArray]:

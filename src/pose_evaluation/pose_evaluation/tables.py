@@ -62,7 +62,7 @@ def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Tabl
         best = number_row(name, [rmse for rmse, _, _ in figures], 1, min)
         return Row(
             name=name,
-            cells=tuple(
+            cells=[
                 Cell(
                     text=f"{number(rmse, 1)} / {number(bias, 1, sign=True)} / {number(r, 2)}"
                     if with_bias
@@ -70,7 +70,7 @@ def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Tabl
                     is_best=cell.is_best,
                 )
                 for cell, (rmse, bias, r) in zip(best.cells, figures, strict=True)
-            ),
+            ],
             is_summary=is_summary,
         )
 
@@ -83,7 +83,7 @@ def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Tabl
         caption=f"Joint angle error against {evaluation.reference} "
         f"({subject}{evaluation.duration_s:.1f} s)",
         head="angle",
-        columns=tuple(method_label(method.name) for method in methods),
+        columns=[method_label(method.name) for method in methods],
         rows=(
             *(
                 row(readable(name), [(s.rmse_deg, s.bias_deg, s.r) for s in scores], False)
@@ -203,13 +203,13 @@ def _difference_table(view: ViewAgreement) -> Table:
     return Table(
         caption=f"RMS difference of angles, {view.first} – {view.second} [deg]",
         head="angle",
-        columns=tuple(f"{side} limb" for side in SIDES),
-        rows=tuple(
+        columns=[f"{side} limb" for side in SIDES],
+        rows=[
             number_row(
                 readable(angle), [view.angle_difference_deg[f"{side}_{angle}"] for side in SIDES], 1
             )
             for angle in angles
-        ),
+        ],
     )
 
 

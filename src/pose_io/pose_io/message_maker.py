@@ -1,7 +1,7 @@
 """Messages of a typestore, made of numbers, to be written into bags without ROS."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rosbags.typesys.store import Typestore
@@ -12,6 +12,9 @@ from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
 from pose_io.arrays import ByteArray
 from pose_io.names import WORLD_FRAME, sensor_frame
+
+if TYPE_CHECKING:  # slow to import
+    from pose_core.api import SkeletonSample
 
 
 class MessageMaker:
@@ -52,6 +55,13 @@ class MessageMaker:
     def skeletons(self, header: Any, skeletons: Sequence[Any]) -> Any:
         """A sensor's frame: all persons of :meth:`skeleton`."""
         return self.make("pose_msgs/SkeletonArray", header=header, skeletons=list(skeletons))
+
+    def frame(self, header: Any, persons: Iterable["SkeletonSample"]) -> Any:
+        """A sensor's frame of these persons."""
+        skeletons = (
+            self.skeleton(header, p.person, p.positions, p.tracking_state) for p in persons
+        )
+        return self.skeletons(header, [*skeletons])
 
     def imu(
         self,

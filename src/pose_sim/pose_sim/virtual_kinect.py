@@ -132,11 +132,9 @@ def _optical(points: FloatArray, T_map_optical: FloatArray) -> FloatArray:
 
 
 def _out_of_view(optical: FloatArray) -> FloatArray:
-    wide, high = (np.tan(0.5 * angle) for angle in FIELD_OF_VIEW)
-    depth = np.maximum(optical[..., 2], 1e-3)
-    return (
-        (np.abs(optical[..., 0]) > wide * depth) | (np.abs(optical[..., 1]) > high * depth)
-    ).astype(float)
+    depth = np.maximum(optical[..., 2:], 1e-3)
+    reach = np.tan(0.5 * np.array(FIELD_OF_VIEW)) * depth
+    return (np.abs(optical[..., :2]) > reach).any(axis=-1).astype(float)
 
 
 def _states(blocked: FloatArray, p: KinectParameters, rng: np.random.Generator) -> ByteArray:

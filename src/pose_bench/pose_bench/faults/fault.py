@@ -75,19 +75,12 @@ def each(sources: Sequence[str], to: Callable[[Any, Window], Packet | Sequence[P
     def change(packets: list[Packet], window: Window) -> list[Packet]:
         result: list[Packet] = []
         for packet in packets:
-            if packet not in window or not is_of(packet, sources):
-                result.append(packet)
-                continue
-            changed = to(packet, window)
-            result.extend([changed] if isinstance(changed, Packet) else changed)
+            is_of = packet.source in sources or (isinstance(packet, Imu) and "imus" in sources)
+            changed = to(packet, window) if is_of and packet in window else packet
+            result += [changed] if isinstance(changed, Packet) else changed
         return sorted(result, key=lambda one: one.at_s)
 
     return change
-
-
-def is_of(packet: Packet, sources: Sequence[str]) -> bool:
-    """Whether a packet comes from one of these sources."""
-    return packet.source in sources or (isinstance(packet, Imu) and "imus" in sources)
 
 
 def silent(*sources: str) -> Change:

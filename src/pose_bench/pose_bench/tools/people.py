@@ -3,7 +3,7 @@
 import argparse
 import time
 from collections.abc import Sequence
-from functools import reduce
+from functools import partial, reduce
 from operator import add
 from pathlib import Path
 
@@ -94,18 +94,9 @@ def run(arguments: argparse.Namespace) -> int:
     for count in arguments.people:
         for leaves in (False, True):
             with Console(stderr=True).status(f"{count} people"):
-                scores = [
-                    score_scene(
-                        make_scene(
-                            count,
-                            arguments.seed + scene,
-                            arguments.duration,
-                            leaves=leaves,
-                            folders=arguments.motion,
-                        )
-                    )
-                    for scene in range(arguments.scenes)
-                ]
+                seeds = range(arguments.seed, arguments.seed + arguments.scenes)
+                made = partial(make_scene, leaves=leaves, folders=arguments.motion)
+                scores = [score_scene(made(count, seed, arguments.duration)) for seed in seeds]
             one = reduce(add, (identity for identity, _ in scores))
             table.rows.append(
                 [

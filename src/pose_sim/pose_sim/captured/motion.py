@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_sim.angles import AXIAL_ROTATIONS
-from pose_sim.body import BodyPoses
-from pose_sim.captured.clip import PROXIMAL_JOINTS, RATE, Clip
+from pose_sim.body import PROXIMAL_JOINTS, BodyPoses
+from pose_sim.captured.clip import RATE, Clip
 from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.motion import GRID_RATE, Motion
 

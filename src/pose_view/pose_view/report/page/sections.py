@@ -68,15 +68,13 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
         parts.append(Section(anchor="accuracy", title="Accuracy", blocks=tables))
     tables = [*view_tables(analysis.agreement), method_table(analysis.angles)]
     parts.append(Section(anchor="agreement", title="Agreement", blocks=tables))
-    angles = angle_figures(analysis)
+    figures = [angle_figures(analysis)]
     parts.append(
-        Section(anchor="angles", title="Angles over time", blocks=[angles], has_methods=True)
+        Section(anchor="angles", title="Angles over time", blocks=figures, has_methods=True)
     )
     if compared is not None and analysis.recording.focus not in compared.left_out:
-        differences = bland_altman_figures(analysis, compared)
-        parts.append(
-            Section(anchor="bland-altman", title="Bland–Altman plots", blocks=[differences])
-        )
+        figures = [bland_altman_figures(analysis, compared)]
+        parts.append(Section(anchor="bland-altman", title="Bland–Altman plots", blocks=figures))
     parts.append(_motion(analysis))
     parts.append(_cycles(analysis))
     if analysis.recording.estimates:

@@ -33,10 +33,10 @@ def peak_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
         caption=f"Peak angles: {method_label(method)}",
         head="angle",
         columns=("lowest [deg]", "at [s]", "highest [deg]", "at [s]", "range [deg]"),
-        rows=tuple(
+        rows=[
             number_row(readable(angle), [*astuple(each), each.range_deg], 1)
             for angle, each in ranges.items()
-        ),
+        ],
     )
 
 
@@ -57,7 +57,7 @@ def symmetry_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
             *("range, left [deg]", "range, right [deg]", "index [%]"),
             *("peak, left [deg]", "peak, right [deg]", "index [%]"),
         ),
-        rows=tuple(rows),
+        rows=rows,
         note="Symmetry index: (left − right) / mean of both; 0 is symmetric, positive says that "
         "the left is larger. – where both are below 5°.",
     )
@@ -81,6 +81,6 @@ def cycle_table(
     return Table(
         caption=f"Range of motion of a cycle, {side} side: mean ± SD between cycles [deg]",
         head="angle",
-        columns=tuple(method_label(method) for method in methods),
-        rows=tuple(rows),
+        columns=[method_label(method) for method in methods],
+        rows=rows,
     )
