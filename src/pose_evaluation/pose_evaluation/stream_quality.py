@@ -93,19 +93,14 @@ def stream_of(estimates: Iterable[BodyEstimate], model: BodyModel) -> AngleStrea
     )
 
 
-def unexplained_steps(stream: AngleStream) -> FloatArray:
-    """Step of each angle minus the mean velocity times the interval, (n − 1, d) [rad]."""
-    dt = np.diff(stream.stamps_ns)[:, None] / NS_PER_S
-    mean_velocity = 0.5 * (stream.velocity[1:] + stream.velocity[:-1])
-    return np.abs(np.diff(stream.position, axis=0) - mean_velocity * dt)
-
-
 def measure_stream(stream: AngleStream) -> StreamQuality:
     """Compute the figures of a stream of at least two messages."""
     intervals_ns = np.diff(stream.stamps_ns)
     is_running = intervals_ns <= SILENCE_NS
-    moves = np.abs(np.diff(stream.position, axis=0))
-    steps = unexplained_steps(stream)[is_running]
+    moves = np.diff(stream.position, axis=0)
+    mean_velocity = 0.5 * (stream.velocity[1:] + stream.velocity[:-1])
+    steps = np.abs(moves - mean_velocity * intervals_ns[:, None] / NS_PER_S)[is_running]
+    moves = np.abs(moves)
     stddev = np.nan_to_num(stream.stddev[1:][is_running], nan=0.0)
     lower, upper = stream.limits.T
     outside = (stream.position < lower - TOLERANCE) | (stream.position > upper + TOLERANCE)

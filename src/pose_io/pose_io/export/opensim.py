@@ -138,18 +138,11 @@ def mot_text(motion: BodyMotion, model: OpenSimModel, name: str) -> str:
         name: The motion's name in OpenSim.
     """
     columns = {"time": motion.times_s, **coordinates(motion, model)}
-    header = [
-        name,
-        "version=1",
-        f"nRows={len(motion)}",
-        f"nColumns={len(columns)}",
-        "inDegrees=yes",
-        "endheader",
-        "\t".join(columns),
-    ]
+    size = f"nRows={len(motion)}\nnColumns={len(columns)}"
+    header = f"{name}\nversion=1\n{size}\ninDegrees=yes\nendheader"
     rows = zip(*columns.values(), strict=True)
     lines = ["\t".join(f"{value:.6f}" for value in row) for row in rows]
-    return "\n".join([*header, *lines]) + "\n"
+    return "\n".join([header, "\t".join(columns), *lines]) + "\n"
 
 
 def _mot(motion: BodyMotion, options: ExportOptions) -> bytes:

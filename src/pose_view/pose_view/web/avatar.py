@@ -95,7 +95,8 @@ class Avatar:
         self._place = place
         self._body = MeasuredBody()
         self._imus: tuple[str, ...] = ()
-        self._is_wanted = True
+        self.is_wanted = True
+        """The user's choice: whether to show the body."""
         self._frame = scene.add_frame(self._name, show_axes=False, position=np.asarray(offset))
         self._parts: list[MeshHandle] = []
         self._balls: dict[str, MeshHandle] = {}
@@ -128,17 +129,13 @@ class Avatar:
         x, y, _ = positions[PARTS.index("pelvis")]
         self._label.position = (x - TITLE_BEFORE, y, 0.02)
 
-    def set_visible(self, visible: bool) -> None:
-        """Show or hide the body by the user's choice."""
-        self._is_wanted = visible
-
     def remove(self) -> None:
         """Remove the body from the scene."""
         self._frame.remove()
 
     def set_data(self, has_data: bool) -> None:
         """Hide the body while it has no data."""
-        self._frame.visible = self._is_wanted and (has_data or not self._parts)
+        self._frame.visible = self.is_wanted and (has_data or not self._parts)
 
     def _draw(self) -> None:
         """Draw the meshes again after a change of the body's measures or IMUs."""

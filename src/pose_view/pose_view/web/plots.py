@@ -176,8 +176,7 @@ class PlotPanel:
         self._write_legend()
         self._titles = (*self._titles, *self._robot_joints)
         for (chosen, _), title in zip(self._plots, self._robot_joints, strict=False):
-            chosen.options = self._titles
-            chosen.value = title
+            chosen.options, chosen.value = self._titles, title
 
     def update(
         self,
