@@ -7,6 +7,14 @@ from pathlib import Path
 from pose_core.errors import InputError
 
 
+def add_number(
+    parser: argparse.ArgumentParser, name: str, default: float, metavar: str, meaning: str
+) -> None:
+    """Declare an option that is a number of the default's type; its help shows the default."""
+    text = f"{meaning} ({default:.10g})"
+    parser.add_argument(name, type=type(default), default=default, metavar=metavar, help=text)
+
+
 def add_motion_argument(parser: argparse.ArgumentParser) -> None:
     """Declare the option ``--motion``, folders of clips; none: the bundled ones."""
     parser.add_argument(

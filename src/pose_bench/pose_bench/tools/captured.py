@@ -12,7 +12,7 @@ from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_sess
 from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
-from pose_bench.options import add_jobs_argument, add_motion_argument
+from pose_bench.options import add_jobs_argument, add_motion_argument, add_number
 from pose_bench.pool import run_all
 from pose_bench.tools.showing import publish
 from pose_core.api import PipelineParameters
@@ -56,14 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sessions", type=int, metavar="N", help="N of the sessions, evenly spread (default: all)"
     )
-    parser.add_argument(
-        "--disturbance",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="by which the IMUs' headings swing in uneven magnetic fields, standard deviation (0)",
-    )
-    parser.add_argument("--seed", type=int, default=SEED, help="of everything random")
+    swing = "by which the IMUs' headings swing in uneven magnetic fields, standard deviation"
+    add_number(parser, "--disturbance", 0.0, "DEG", swing)
+    add_number(parser, "--seed", SEED, "N", "of everything random")
     add_jobs_argument(parser, MOST_JOBS)
 
 

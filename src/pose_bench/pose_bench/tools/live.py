@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from pose_bench.options import add_number
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.live_graph import LiveResult, run_live
@@ -17,9 +18,7 @@ SUMMARY = "the whole graph in real processes: latency, load, memory, missing joi
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--duration", type=float, default=60.0, metavar="S", help="of the session [s] (60)"
-    )
+    add_number(parser, "--duration", 60.0, "S", "of the session [s]")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.nodes.fault_player import FaultPlayer, Planned
+from pose_bench.options import add_number
 from pose_bench.processes import Usages, latency_probe, usages
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
@@ -51,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scene", nargs="+", choices=list(SCENES), default=list(SCENES), help="(all)"
     )
-    parser.add_argument("--loops", type=int, default=1, help="of the 64 s of each scene (1)")
+    add_number(parser, "--loops", 1, "N", "of the 64 s of each scene")
 
 
 def run(arguments: argparse.Namespace) -> int:

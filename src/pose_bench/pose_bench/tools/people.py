@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from pose_bench.options import add_motion_argument
+from pose_bench.options import add_motion_argument, add_number
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.api import PeopleTracker
@@ -70,11 +70,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--people", type=int, nargs="+", default=[1, 2, 3, 4, 6], metavar="N", help="(1 2 3 4 6)"
     )
-    parser.add_argument("--scenes", type=int, default=4, metavar="N", help="of each kind (4)")
-    parser.add_argument(
-        "--duration", type=float, default=60.0, metavar="S", help="of each scene [s] (60)"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of the first scene (0)")
+    add_number(parser, "--scenes", 4, "N", "of each kind")
+    add_number(parser, "--duration", 60.0, "S", "of each scene [s]")
+    add_number(parser, "--seed", 0, "N", "of the first scene")
     add_motion_argument(parser)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import psutil
 
 from pose_bench.faults.judging import rmse_deg
+from pose_bench.options import add_number
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.fault_sessions import captured_person, truth_of
@@ -42,7 +43,7 @@ class Measurement:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("--hours", type=float, default=24.0, help="of the session (24)")
+    add_number(parser, "--hours", 24.0, "H", "of the session")
     parser.add_argument(
         "--minutes", type=float, default=np.inf, metavar="M", help="end after M real minutes"
     )
