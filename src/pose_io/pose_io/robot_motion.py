@@ -35,7 +35,7 @@ def read_joint_motion(bag: BagReader, ending: str) -> JointMotion | None:
     states = [(each.stamp_ns, bag.deserialize(each)) for each in bag.messages(topics[:1])]
     if not states:
         return None
-    joints = tuple(states[0][1].name)
+    joints = next((tuple(state.name) for _, state in states if state.name), ())
     states = [(at_ns, state) for at_ns, state in states if tuple(state.name) == joints]
     unknown = np.full(len(joints), np.nan)
     return JointMotion(

@@ -210,19 +210,18 @@ def truth_of(person: CapturedSession, start_ns: int) -> SkeletonSeries:
 def _reference(person: CapturedSession, slots: Sequence[Slot], start_ns: int) -> Poses:
     """Bodies fused from the undisturbed samples without the lost sources."""
 
-    def is_left(sample: SkeletonSample | ImuSample) -> bool:
+    def is_lost(sample: SkeletonSample | ImuSample) -> bool:
         at_s = (sample.stamp_ns - START_NS) / NS_PER_S
-        is_camera = isinstance(sample, SkeletonSample)
-        source = sample.sensor if isinstance(sample, SkeletonSample) else f"imu/{sample.segment}"
-        for slot in slots:
-            lost = slot.fault.lost
-            if slot.begin_s <= at_s < slot.end_s and (
-                source in lost or (not is_camera and "imus" in lost)
-            ):
-                return False
-        return True
+        if isinstance(sample, SkeletonSample):
+            names = {sample.sensor}
+        else:
+            names = {f"imu/{sample.segment}", "imus"}
+        return any(
+            slot.begin_s <= at_s < slot.end_s and not names.isdisjoint(slot.fault.lost)
+            for slot in slots
+        )
 
-    samples = [sample for sample in person.samples(imus=True) if is_left(sample)]
+    samples = [sample for sample in person.samples(imus=True) if not is_lost(sample)]
     extrinsics = extrinsics_from_map(person.T_map_sensor)
     series = run_methods(samples, [SETUP], ("left", "right"), extrinsics)["default"].series
     stamps_ns = series.stamps_ns - START_NS + start_ns

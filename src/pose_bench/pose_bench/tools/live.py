@@ -59,9 +59,7 @@ def _cost_table(result: LiveResult) -> TextTable:
         header=["", "load [cores]", "memory [MB]"],
         note="Memory: what a process has for itself, and its share of what several use.",
     )
-    for name in sorted(result.load):
-        row = [name, number(result.load[name], 2), number(result.memory_mb[name], 0)]
-        table.rows.append(row)
-    load, memory_mb = sum(result.load.values()), sum(result.memory_mb.values())
-    table.rows.append(["all", number(load, 2), number(memory_mb, 0)])
+    rows = [(name, result.load[name], result.memory_mb[name]) for name in sorted(result.load)]
+    rows.append(("all", sum(result.load.values()), sum(result.memory_mb.values())))
+    table.rows += [(name, number(load, 2), number(size, 0)) for name, load, size in rows]
     return table

@@ -163,6 +163,6 @@ def _memory(results: list[LoadResult]) -> TextTable:
     )
     for one in results:
         for process, sizes in sorted(one.memory_mb.items()):
-            shown = [sizes[0], sizes[len(sizes) // 2], sizes[-1]]
-            table.rows.append([f"{one.scene}: {process}", *(number(size, 1) for size in shown)])
+            shown = (number(sizes[at], 1) for at in (0, len(sizes) // 2, -1))
+            table.rows.append([f"{one.scene}: {process}", *shown])
     return table
