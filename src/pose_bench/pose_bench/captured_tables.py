@@ -1,7 +1,6 @@
 """Tables and rows of the suite on captured motion."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, astuple
 
 import numpy as np
 
@@ -66,8 +65,7 @@ def source_table(scores: Sequence[CapturedScore], methods: Sequence[str]) -> Tex
     """Table with a row per source of clips, condition, and selected method."""
     own = [score for score in scores if score.method in methods]
     table = _table(own, "By source", "source, method", lambda s: f"{s.source}, {s.method}")
-    known = _table(own, "", "", lambda s: f"{s.condition}, {s.method}")
-    table.rows += known.rows
+    table.rows += _table(own, "", "", lambda s: f"{s.condition}, {s.method}").rows
     return table
 
 
@@ -98,5 +96,5 @@ def _cells(scores: Sequence[CapturedScore]) -> list[str]:
 
 def captured_csv(scores: Sequence[CapturedScore]) -> str:
     """Scores of every session as CSV, with four digits."""
-    rows = ([f"{v:.4g}" if isinstance(v, float) else v for v in astuple(s)] for s in scores)
-    return csv_text(list(asdict(scores[0])), rows)
+    rows = ([f"{v:.4g}" if isinstance(v, float) else v for v in vars(s).values()] for s in scores)
+    return csv_text(list(vars(scores[0])), rows)

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.io import loadmat
 from scipy.io.matlab import MatReadError
 from scipy.spatial.transform import Rotation
@@ -31,12 +30,14 @@ from pose_bench.sessions import JUDGED_FROM_S
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import BoolArray
 from pose_sim.session import make_session, settings_of
 from pose_sim.virtual_imu import NODES
 
 Track = Callable[[Iterable[int]], Iterable[int]]
 """Function that shows the progress of an iteration."""
 
+DURATION_S, SEED = 60.0, 101  # [s], [-] of the synthetic sessions
 BROAD_KEYS = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement", "sampling_rate")
 
 
@@ -99,7 +100,7 @@ def errors(orientation: FloatArray, truth: FloatArray, *, knows_heading: bool = 
         2.0 * np.arctan2(np.abs(z), np.abs(w)),
         2.0 * np.arctan2(np.hypot(x, y), np.hypot(z, w)),
     ]
-    return np.asarray(np.degrees(np.sqrt(np.mean(np.square(angles), axis=1))))
+    return np.degrees(np.sqrt(np.mean(np.square(angles), axis=1)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +123,7 @@ class Trial:
     acceleration: FloatArray
     magnetic_field: FloatArray
     truth: FloatArray
-    judged: NDArray[np.bool_]
+    judged: BoolArray
 
 
 def read_broad(folder: Path) -> list[Trial]:
@@ -190,28 +191,21 @@ def trial_errors(
     trials: Sequence[Trial], variant: Variant, track: Track = iter
 ) -> list[FloatArray]:
     """The errors of a filter on each trial."""
-    return [
-        errors(
-            orientation[trial.judged],
-            trial.truth[trial.judged],
-            knows_heading=variant.knows_heading,
-        )
-        for trial, orientation in zip(trials, filtered(trials, variant, track), strict=True)
-    ]
+    found = zip(trials, filtered(trials, variant, track), strict=True)
+    knows_heading = variant.knows_heading
+    return [errors(q[t.judged], t.truth[t.judged], knows_heading=knows_heading) for t, q in found]
 
 
-def synthetic_errors(
-    choreography: str, level: str, variant: Variant, *, seed: int, duration_s: float
-) -> FloatArray:
+def synthetic_errors(choreography: str, level: str, variant: Variant) -> FloatArray:
     """The errors of a filter over all nodes of the synthetic subject.
 
     The nodes' bytes are processed as by ``imu_bridge``, including the stamps.
     """
-    session = make_session(choreography, duration_s, seed, settings_of(level))
+    session = make_session(choreography, DURATION_S, SEED, settings_of(level))
     batch = processed(session, variant.parameters)
     # The link's minimum delay is part of the stamps; it is known here and removed.
     times = np.array(batch.stamp_ns) / NS_PER_S - session.settings.imu.radio_latency
-    judged = (times >= JUDGED_FROM_S) & (times <= duration_s)
+    judged = (times >= JUDGED_FROM_S) & (times <= DURATION_S)
     R_enu_map = Rotation.from_euler("z", session.heading_enu_map)
     found = []
     for i, node_id in enumerate(NODES):
@@ -222,4 +216,4 @@ def synthetic_errors(
         found.append(
             errors(batch.orientation[own], truth.as_quat(), knows_heading=variant.knows_heading)
         )
-    return np.asarray(np.sqrt(np.mean(np.square(found), axis=0)))
+    return np.sqrt(np.mean(np.square(found), axis=0))

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.one_camera import LEVEL_MOUNTING, RAW, run_one_camera, view_of_stream
-from pose_bench.tables import TextTable, number
-from pose_core.api import ANGLES, best_rigid_transform, joint_angles, transformed, wrapped
-from pose_core.arrays import FloatArray
+from pose_bench.tables import TextTable, method_table
+from pose_core.api import best_rigid_transform, joint_angles, transformed
 from pose_core.errors import InputError
 from pose_core.finite_numbers import mean_known
+from pose_evaluation.agreement import rms_differences_deg
 from pose_evaluation.scores import known_joints
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_io.recordings.formats import read_recording
@@ -87,6 +87,7 @@ def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> 
     found = []
     for method, positions in views.items():
         moved = np.where(known[..., None], transformed(T_other_one, positions), np.nan)
+        angles = rms_differences_deg(joint_angles(seen), joint_angles(moved))
         found.append(
             OtherView(
                 recording=name.partition(".")[0],
@@ -95,51 +96,25 @@ def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> 
                 method=method,
                 seconds=period_s * float(np.sum(known.any(axis=1))),
                 distance_cm=100.0 * mean_known(np.linalg.norm(moved - seen, axis=2)),
-                angle_deg=_angle_difference_deg(moved, seen),
+                angle_deg=mean_known([*angles.values()]),
             )
         )
     return found
 
 
-def _angle_difference_deg(one: FloatArray, other: FloatArray) -> float:
-    """RMS difference of each angle [deg], mean over the angles."""
-    first, second = joint_angles(one), joint_angles(other)
-    return mean_known(
-        [
-            float(np.degrees(np.sqrt(mean_known(wrapped(first[name] - second[name]) ** 2))))
-            for name in ANGLES
-        ]
-    )
-
-
 def table(found: Sequence[OtherView]) -> TextTable:
     """A row per recording, both directions together, and the mean; a column per method."""
-    methods = list(dict.fromkeys(view.method for view in found))
-    made = TextTable(
-        title="KinectMultiTrack: one Kinect v2 against what another saw",
-        header=(
-            "recording",
-            "layout",
-            *(f"{method} [cm]" for method in methods),
-            *(f"{method} [°]" for method in methods),
-        ),
-        note="Real people, no truth. Mean distance of a joint, and RMS difference of the angles "
+    layouts = {view.recording: view.layout for view in found}
+    return method_table(
+        "KinectMultiTrack: one Kinect v2 against what another saw",
+        ("recording", "layout"),
+        [
+            (name.removeprefix("Study_"), layout, [v for v in found if v.recording == name])
+            for name, layout in layouts.items()
+        ],
+        ("mean", ""),
+        {"[cm]": ("distance_cm", 2), "[°]": ("angle_deg", 1)},
+        "Real people, no truth. Mean distance of a joint, and RMS difference of the angles "
         "(mean over 12), from what the other camera saw; both directions. An estimate is laid on "
         "the other view as the raw view is.",
     )
-    layouts = {view.recording: view.layout for view in found}
-    for recording, layout in layouts.items():
-        own = [view for view in found if view.recording == recording]
-        made.rows.append((recording.removeprefix("Study_"), layout, *_cells(own, methods)))
-    made.rows.append(("mean", "", *_cells(found, methods)))
-    return made
-
-
-def _cells(views: Sequence[OtherView], methods: Sequence[str]) -> list[str]:
-    def mean(method: str, figure: str) -> float:
-        return mean_known([getattr(view, figure) for view in views if view.method == method])
-
-    return [
-        *(number(mean(method, "distance_cm"), 2) for method in methods),
-        *(number(mean(method, "angle_deg"), 1) for method in methods),
-    ]

@@ -1,7 +1,5 @@
 """Running independent calls in several processes."""
 
-import argparse
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
@@ -9,35 +7,12 @@ from itertools import starmap
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
-from rich.progress import Progress
+from rich.console import Console
+from rich.progress import MofNCompleteColumn, TimeRemainingColumn
 
-from pose_core.errors import InputError
+from pose_node.plain_console import progress_bar
 
 T = TypeVar("T")
-
-
-def add_jobs_argument(parser: argparse.ArgumentParser, most: int | None = None) -> None:
-    """Declare the option ``--jobs``: by default as many as there are cores, up to ``most``."""
-    cores = os.cpu_count() or 1
-    parser.add_argument(
-        "--jobs",
-        type=jobs,
-        default=min(most or cores, cores),
-        metavar="N",
-        help="processes at once (default: %(default)s)",
-    )
-
-
-def jobs(text: str) -> int:
-    """The value of ``--jobs``.
-
-    Raises:
-        InputError: If it is not positive.
-    """
-    count = int(text)
-    if count < 1:
-        raise InputError(f"jobs = {count}: expected 1 or more")
-    return count
 
 
 def run_all(
@@ -45,22 +20,22 @@ def run_all(
     arguments: Sequence[tuple[Any, ...]],
     *,
     jobs: int,
-    bar: Progress,
     name: str,
 ) -> list[T]:
-    """Call a function with each of many arguments.
+    """Call a function with each of many arguments, and show the number of finished calls.
 
     Args:
         work: A module-level function, which can be pickled.
         arguments: Its arguments, call by call.
         jobs: Number of parallel processes; 1 runs in this process.
-        bar: Shows the number of finished calls.
-        name: Name of the calls there.
+        name: Name of the calls in the progress bar.
 
     Returns:
         The results in the order of the arguments, whatever the number of jobs.
     """
+    columns = MofNCompleteColumn(), TimeRemainingColumn()
     with ExitStack() as stack:
+        bar = stack.enter_context(progress_bar(Console(stderr=True), *columns))
         found: Iterator[T] = starmap(work, arguments)
         if min(jobs, len(arguments)) > 1:
             # Forked processes would inherit the progress bar's thread and its locks.

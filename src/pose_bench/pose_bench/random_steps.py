@@ -112,17 +112,16 @@ def _realigned(state: FilterState, rng: np.random.Generator) -> FilterState:
 
 
 def _check(checks: Checks, P: FloatArray, step: int) -> None:
-    if step % CHECKED == 0:
-        stddev = np.sqrt(np.diagonal(P))
-        asymmetry = np.abs(P - P.T) / np.outer(stddev, stddev)
-        checks.asymmetry = max(checks.asymmetry, float(asymmetry.max()))
-        checks.factorised += 1
-        try:
-            np.linalg.cholesky(P)
-        except np.linalg.LinAlgError:
-            checks.indefinite += 1
+    if step % CHECKED:
+        return
+    stddev = np.sqrt(np.diagonal(P))
+    scale = np.outer(stddev, stddev)
+    checks.asymmetry = max(checks.asymmetry, float((np.abs(P - P.T) / scale).max()))
+    checks.factorised += 1
+    try:
+        np.linalg.cholesky(P)
+    except np.linalg.LinAlgError:
+        checks.indefinite += 1
     if step % (100 * CHECKED) == 0:
-        stddev = np.sqrt(np.diagonal(P))
-        least = float(np.linalg.eigvalsh(P / np.outer(stddev, stddev))[0])
-        checks.least = min(checks.least, least)
+        checks.least = min(checks.least, float(np.linalg.eigvalsh(P / scale)[0]))
         checks.largest = max(checks.largest, float(np.abs(P).max()))

@@ -119,7 +119,6 @@ def _truth(session: Session) -> SkeletonSeries:
 
 
 def _true_extrinsics(session: Session) -> Extrinsics:
+    late = Clock(offset_ns=round(session.settings.kinect.clock_offset * 1e9))
     placed = extrinsics_from_map(session.sensor_poses)
-    late_ns = round(session.settings.kinect.clock_offset * 1e9)
-    clocks = {name: Clock(offset_ns=late_ns) for name in placed.sensors if name != placed.reference}
-    return replace(placed, clocks=clocks)
+    return replace(placed, clocks={n: late for n in placed.sensors if n != placed.reference})

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import nanoseconds
+from pose_io.arrays import IntArray
 from pose_io.bags import BagReader, open_bag
 from pose_io.robot_motion import COMMAND, ROBOT, TARGET, JointMotion, read_joint_motion
 from pose_teleop.arm_controller import command_limits
@@ -66,10 +66,12 @@ def score_teleop(bag_path: Path) -> TeleopScores:
     limits = command_limits(arm, ArmParameters())
     position, velocity, acceleration = (trajectories[:, i] for i in range(3))
     moved = measured.position
+    steps_ns = np.diff(target.recorded_ns)
     is_new = np.concatenate([[True], np.diff(command.stamps_ns) > 0])  # others are the timer's
     return TeleopScores(
         commands=len(command.stamps_ns),
-        followed=_followed(target, command),
+        # Only while a person is followed, targets are published.
+        followed=float(steps_ns[steps_ns < LONGEST_NS].sum() / max(np.ptp(command.recorded_ns), 1)),
         tool_mm=_tool_errors_mm(arm, target, measured),
         latency_ms=(command.recorded_ns - command.stamps_ns)[is_new] * 1e-6,
         jerk=_largest_jerk(sent_ns, acceleration) / float(limits.jerk.max()),
@@ -85,14 +87,7 @@ def score_teleop(bag_path: Path) -> TeleopScores:
     )
 
 
-def _followed(target: JointMotion, command: JointMotion) -> float:
-    """Share of the time in which a person is followed: only then targets are published."""
-    steps_ns = np.diff(target.recorded_ns)
-    span_ns = max(int(np.ptp(command.recorded_ns)), 1)
-    return float(steps_ns[steps_ns < LONGEST_NS].sum() / span_ns)
-
-
-def _first_points(bag: BagReader) -> tuple[NDArray[np.int64], FloatArray]:
+def _first_points(bag: BagReader) -> tuple[IntArray, FloatArray]:
     """Time of each command [ns], (n,), and position, velocity, acceleration, (n, 3, d)."""
     sent_ns, points = [], []
     for message in bag.messages([TRAJECTORY]):
@@ -103,7 +98,7 @@ def _first_points(bag: BagReader) -> tuple[NDArray[np.int64], FloatArray]:
     return np.array(sent_ns, np.int64), np.array(points, float)
 
 
-def _largest_jerk(sent_ns: NDArray[np.int64], acceleration: FloatArray) -> float:
+def _largest_jerk(sent_ns: IntArray, acceleration: FloatArray) -> float:
     """Largest jerk between accelerations of consecutive commands [rad/s3]."""
     step_s = np.diff(sent_ns) * 1e-9
     together = (step_s > 0.002) & (step_s < 0.03)

@@ -18,7 +18,7 @@ import numpy as np
 
 from pose_bench.frame_rate import time_stretch
 from pose_bench.one_camera import RAW, CameraView, run_one_camera, view_of, view_of_stream
-from pose_bench.tables import TextTable, number
+from pose_bench.tables import TextTable, method_table
 from pose_core.api import (
     ANGLES,
     AngleSeries,
@@ -250,31 +250,18 @@ def _range(angle: FloatArray) -> float:
 
 def table(found: Sequence[AngleAgreement]) -> TextTable:
     """A row per movement, and the mean; a column per method."""
-    methods = list(dict.fromkeys(each.method for each in found))
-    made = TextTable(
-        title="UI-PRMD: one Kinect v2 against Vicon",
-        header=(
-            "movement",
-            "angles",
-            *(f"{method} [°]" for method in methods),
-            *(f"{method} r" for method in methods),
-        ),
-        note="Real people. RMSE after the mean error is taken off, and Pearson's r, of the angles "
+    methods = len({each.method for each in found})
+    groups = []
+    for movement in dict.fromkeys(each.movement for each in found):
+        own = [each for each in found if each.movement == movement]
+        groups.append((movement, str(len(own) // methods), own))
+    return method_table(
+        "UI-PRMD: one Kinect v2 against Vicon",
+        ("movement", "angles"),
+        groups,
+        ("mean of the movements", str(len(found) // methods)),
+        {"[°]": ("sd_deg", 1), "r": ("r", 3)},
+        "Real people. RMSE after the mean error is taken off, and Pearson's r, of the angles "
         f"that move by {np.degrees(MOVING):.0f}° or more, after one time shift a repetition; "
         "mean over angles and repetitions. Shoulder rotation moves none of the angles.",
     )
-    means: list[list[float]] = []
-    for movement in dict.fromkeys(each.movement for each in found):
-        own = [each for each in found if each.movement == movement]
-        sd = [mean_known([e.sd_deg for e in own if e.method == method]) for method in methods]
-        r = [mean_known([e.r for e in own if e.method == method]) for method in methods]
-        means.append([*sd, *r])
-        made.rows.append((movement, str(len(own) // len(methods)), *_cells(sd, r)))
-    mean = [mean_known(column) for column in zip(*means, strict=True)]
-    cells = _cells(mean[: len(methods)], mean[len(methods) :])
-    made.rows.append(("mean of the movements", str(len(found) // len(methods)), *cells))
-    return made
-
-
-def _cells(sd: Sequence[float], r: Sequence[float]) -> list[str]:
-    return [*(number(value, 1) for value in sd), *(number(value, 3) for value in r)]

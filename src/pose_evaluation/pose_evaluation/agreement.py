@@ -96,13 +96,11 @@ def view_agreement(
     )
     calibrated = np.nan
     if first in T_map_sensor and second in T_map_sensor:
-        moved = [
-            transformed(T_map_sensor[name], positions)
-            for name, positions in ((first, one), (second, two))
-        ]
-        calibrated = _mean_distance_cm(*moved)
-    fit = rigidly_aligned(two, one) if _shared(one, two) >= 3 else two
-    angles_one, angles_two = joint_angles(one), joint_angles(two)
+        calibrated = _mean_distance_cm(
+            transformed(T_map_sensor[first], one), transformed(T_map_sensor[second], two)
+        )
+    shared = int((known_joints(one) & known_joints(two)).sum())
+    fit = rigidly_aligned(two, one) if shared >= 3 else two
     return ViewAgreement(
         first=first,
         second=second,
@@ -110,10 +108,18 @@ def view_agreement(
         as_logged_cm=_mean_distance_cm(one, two),
         calibrated_cm=calibrated,
         best_rigid_cm=_mean_distance_cm(one, fit),
-        angle_difference_deg={
-            name: _rms_deg(wrapped(angles_two[name] - angles_one[name])) for name in ANGLES
-        },
+        angle_difference_deg=rms_differences_deg(joint_angles(one), joint_angles(two)),
     )
+
+
+def rms_differences_deg(
+    one: Mapping[str, FloatArray], two: Mapping[str, FloatArray]
+) -> dict[str, float]:
+    """RMS difference of each angle [deg] between two series (n,) [rad]; NaN where unknown."""
+    return {
+        name: float(np.degrees(np.sqrt(mean_known(wrapped(two[name] - one[name]) ** 2))))
+        for name in ANGLES
+    }
 
 
 def angle_differences_deg(angles: Mapping[str, AngleSeries]) -> dict[tuple[str, str], float]:
@@ -131,10 +137,8 @@ def angle_differences_deg(angles: Mapping[str, AngleSeries]) -> dict[tuple[str, 
     on_grid = {name: series.at(grid) for name, series in angles.items()}
     differences = {}
     for first, second in combinations(angles, 2):
-        of_angles = [
-            _rms_deg(wrapped(on_grid[first][angle] - on_grid[second][angle])) for angle in ANGLES
-        ]
-        differences[first, second] = differences[second, first] = mean_known(of_angles)
+        of_angles = rms_differences_deg(on_grid[first], on_grid[second])
+        differences[first, second] = differences[second, first] = mean_known([*of_angles.values()])
     return differences
 
 
@@ -152,14 +156,5 @@ def measure_stability(series: SkeletonSeries) -> MethodStability:
     )
 
 
-def _shared(one: FloatArray, two: FloatArray) -> int:
-    return int((known_joints(one) & known_joints(two)).sum())
-
-
 def _mean_distance_cm(one: FloatArray, two: FloatArray) -> float:
-    distance = np.linalg.norm(one - two, axis=2)
-    return 100.0 * mean_known(distance)
-
-
-def _rms_deg(difference: FloatArray) -> float:
-    return float(np.degrees(np.sqrt(mean_known(difference**2))))
+    return 100.0 * mean_known(np.linalg.norm(one - two, axis=2))

@@ -140,13 +140,9 @@ def _of_like_course(degrees: FloatArray, pairs: list[tuple[int, int]]) -> list[t
         for pair, course in zip(pairs, courses, strict=True)
         if course.std() > 0.0 and np.corrcoef(course, typical)[0, 1] >= LIKE_COURSE
     ]
-    return _in_a_row(alike)
-
-
-def _in_a_row(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Cycles directly before or after another cycle; isolated ones are left out."""
-    begins, ends = {begin for begin, _ in pairs}, {end for _, end in pairs}
-    kept = [(begin, end) for begin, end in pairs if begin in ends or end in begins]
+    # Isolated cycles, not directly before or after another one, are left out.
+    begins, ends = {begin for begin, _ in alike}, {end for _, end in alike}
+    kept = [(begin, end) for begin, end in alike if begin in ends or end in begins]
     return kept if len(kept) >= LEAST_CYCLES else []
 
 
@@ -154,7 +150,7 @@ def _course(values: FloatArray, begin: float, end: float) -> FloatArray:
     """Values at 0 to 100 % between two positions on the grid; NaN outside."""
     places = begin + PERCENT / 100.0 * (end - begin)
     grid = np.arange(len(values), dtype=float)
-    return np.asarray(np.interp(places, grid, values, left=np.nan, right=np.nan))
+    return np.interp(places, grid, values, left=np.nan, right=np.nan)
 
 
 def _swing(values: FloatArray) -> float:

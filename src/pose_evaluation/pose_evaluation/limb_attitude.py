@@ -10,7 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pose_core.api import FloatArray, ForwardKinematics, available_models, load_body_model
+from pose_core.api import (
+    BodyModel,
+    FloatArray,
+    ForwardKinematics,
+    available_models,
+    load_body_model,
+)
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_evaluation.stability import BONES
@@ -58,7 +64,12 @@ def limb_roll(R_map_segment: FloatArray) -> FloatArray:
 
 def has_segments(dof_names: Sequence[str]) -> bool:
     """Whether these are the degrees of freedom of a bundled body model."""
-    return any(load_body_model(n).dof_names == tuple(dof_names) for n in available_models())
+    return _model_of(dof_names) is not None
+
+
+def _model_of(dof_names: Sequence[str]) -> BodyModel | None:
+    models = map(load_body_model, available_models())
+    return next((model for model in models if model.dof_names == tuple(dof_names)), None)
 
 
 def segment_rotations(dof_names: Sequence[str], dof: FloatArray, limb: str) -> FloatArray:
@@ -72,9 +83,8 @@ def segment_rotations(dof_names: Sequence[str], dof: FloatArray, limb: str) -> F
     Raises:
         InputError: If no bundled body model has these degrees of freedom.
     """
-    for name in available_models():
-        model = load_body_model(name)
-        if model.dof_names == tuple(dof_names):
-            rotations = ForwardKinematics(model, np.zeros((len(JOINTS), 3))).pose(dof).rotations
-            return np.asarray(rotations[:, model.link_names.index(model.segments[limb])])
-    raise InputError(f"no body model has the degrees of freedom {', '.join(dof_names)}")
+    model = _model_of(dof_names)
+    if model is None:
+        raise InputError(f"no body model has the degrees of freedom {', '.join(dof_names)}")
+    rotations = ForwardKinematics(model, np.zeros((len(JOINTS), 3))).pose(dof).rotations
+    return rotations[:, model.link_names.index(model.segments[limb])]

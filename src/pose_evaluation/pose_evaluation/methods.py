@@ -82,7 +82,7 @@ def mean_series(
         T_map_sensor: Each sensor's (4, 4) extrinsics.
     """
     in_map = {name: each.transformed(T_map_sensor[name]) for name, each in sensors.items()}
-    return series_from_samples(_mean(frame) for frame in aligned_frames(in_map))
+    return series_from_samples(map(_mean, aligned_frames(in_map)))
 
 
 def aligned_frames(sensors: Mapping[str, SkeletonSeries]) -> Iterator[AlignedFrame]:

@@ -11,12 +11,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from pose_core.api import ANGLES, MAX_GAP_S, FloatArray, SkeletonSeries, joint_angles
 from pose_core.errors import InputError, writing
 from pose_core.joints import SIDES
 from pose_evaluation.scores import Evaluation
 from pose_evaluation.stability import BONES, bone_lengths
+from pose_io.arrays import BoolArray
 from pose_io.robot_motion import JointMotion
 
 REFERENCE = "reference"
@@ -132,10 +134,9 @@ def robot_figure(title: str, motions: Mapping[str, JointMotion]) -> Figure:
     for axes, joint in zip(plots, shown, strict=True):
         for name, motion in motions.items():
             times = (motion.recorded_ns - begin_ns) * 1e-9
-            breaks = np.flatnonzero(np.diff(times) > ROBOT_GAP_S) + 1
             values = np.degrees(motion.position[:, motion.joints.index(joints[joint])])
             colour, width = ROBOT_STYLE[name]
-            points = np.insert([times, values], breaks, np.nan, axis=1)
+            points = _interrupted(times, values, np.diff(times) > ROBOT_GAP_S)
             axes.plot(*points, color=colour, linewidth=width, label=name)
         _label_panel(axes, joints[joint].replace("_", " "), "[deg]")
         axes.set_xlim(0.0, max(end_s, 0.1))
@@ -162,6 +163,11 @@ def style_of(name: str, names: Sequence[str]) -> tuple[str, float, str]:
         return STYLE[name]
     sensors = [other for other in names if other not in STYLE]
     return SENSOR_COLOURS[sensors.index(name) % len(SENSOR_COLOURS)], 0.9, "-"
+
+
+def _interrupted(times: NDArray[np.floating], values: FloatArray, jumps: BoolArray) -> FloatArray:
+    """Times and values of a line, (2, m), with a NaN wherever the next sample is a jump."""
+    return np.insert([times, values], np.flatnonzero(jumps) + 1, np.nan, axis=1)
 
 
 def _titled_figure(title: str, height: float) -> Figure:
@@ -197,8 +203,7 @@ def _grid_figure(
             times = (each.stamps_ns - min(begins)) * 1e-9
             # Interrupted at missing samples and where an angle wraps.
             jumps = (np.diff(times) > MAX_GAP_S) | (np.abs(np.diff(values[name])) > 180.0)
-            breaks = np.flatnonzero(jumps) + 1
-            points = np.insert([times, values[name]], breaks, np.nan, axis=1)
+            points = _interrupted(times, values[name], jumps)
             colour, width, style = style_of(name, list(series))
             axes.plot(*points, style, color=colour, linewidth=width, label=name)
         _label_panel(axes, panel, unit)

@@ -46,17 +46,20 @@ def align_reference(
         InputError: If there is no motion, or no shift has a sufficient correlation.
     """
     known = reference.angles
-    if _overlap_s(known, recording) >= LEAST_OVERLAP_S:
+    if len(known) < 2 or len(recording) < 2:
+        raise InputError(
+            f"{reference.name} has {len(known)} frames, the recording {len(recording)}: too few "
+            "to align"
+        )
+    overlap_ns = min(known.stamps_ns[-1], recording.stamps_ns[-1]) - max(
+        known.stamps_ns[0], recording.stamps_ns[0]
+    )
+    if overlap_ns >= LEAST_OVERLAP_S * 1e9:
         return reference, ReferenceAlignment(
             begins_at_s=_seconds(known, recording),
             shares_clock=True,
             correlation=np.nan,
             next_best=np.nan,
-        )
-    if len(known) < 2 or len(recording) < 2:
-        raise InputError(
-            f"{reference.name} has {len(known)} frames, the recording {len(recording)}: too few "
-            "to align"
         )
     start_ns = int(recording.stamps_ns[0]) - int(known.stamps_ns[0])
     lags_s, scores = _correlations(known, recording)
@@ -77,14 +80,6 @@ def align_reference(
 
 def _seconds(reference: AngleSeries, recording: AngleSeries) -> float:
     return (int(reference.stamps_ns[0]) - int(recording.stamps_ns[0])) * 1e-9
-
-
-def _overlap_s(first: AngleSeries, second: AngleSeries) -> float:
-    if len(first) == 0 or len(second) == 0:
-        return 0.0
-    begin = max(int(first.stamps_ns[0]), int(second.stamps_ns[0]))
-    end = min(int(first.stamps_ns[-1]), int(second.stamps_ns[-1]))
-    return (end - begin) * 1e-9
 
 
 def _best(name: str, scores: FloatArray) -> int:
@@ -109,7 +104,7 @@ def _correlations(reference: AngleSeries, recording: AngleSeries) -> tuple[Float
         each, NaN where the overlap is too short.
     """
     expected, found = _on_grid(reference, sideways=False), _on_grid(recording, sideways=True)
-    moves = np.nanstd(np.where(np.isfinite(expected), expected, np.nan), axis=0) > STILL
+    moves = np.nanstd(expected, axis=0) > STILL
     lags, scores = pooled_correlations(expected[:, moves], found[:, moves])
     overlap = np.minimum(len(expected), len(found) - lags) - np.maximum(0, -lags)
     shorter = min(len(expected), len(found))

@@ -9,11 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.api import (
     ANGLES,
-    AngleSeries,
     FloatArray,
     SkeletonSeries,
     angle_series,
@@ -29,7 +27,8 @@ from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.stability import Stability, bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
-from pose_io.references.reference import Reference
+from pose_io.arrays import BoolArray
+from pose_io.references.reference import Reference, reference_of_skeleton
 
 ReferenceSeries = SkeletonSeries | Reference
 HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
@@ -121,13 +120,11 @@ def evaluate(methods: Mapping[str, SkeletonSeries], reference: Reference) -> Eva
         InputError: If they do not overlap for at least a second.
     """
     window = common_window(reference, methods)
-    duration_s = float(window.stamps_ns[-1] - window.stamps_ns[0]) * 1e-9
-    scores = tuple(score_method(name, series, window) for name, series in methods.items())
     return Evaluation(
         reference=reference.name,
         synthetic=reference.synthetic,
-        duration_s=duration_s,
-        methods=scores,
+        duration_s=float(window.stamps_ns[-1] - window.stamps_ns[0]) * 1e-9,
+        methods=tuple(score_method(name, series, window) for name, series in methods.items()),
     )
 
 
@@ -159,7 +156,9 @@ def common_window(
 
 def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) -> MethodScores:
     """Compare one method with a reference, at the reference's instants inside their overlap."""
-    known, joints = _angles_and_joints(reference)
+    if isinstance(reference, SkeletonSeries):
+        reference = reference_of_skeleton("", reference)
+    known, joints = reference.angles, reference.skeleton
     shift_s = estimate_angle_shift(angle_series(series), known)
     positions = series.shifted(-shift_s).at(reference.stamps_ns)
     expected, found = without_sideways_flexion(known.angles), joint_angles(positions)
@@ -176,12 +175,6 @@ def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) 
         shift_s=shift_s,
         coverage=float(np.mean(np.any(known_joints(positions), axis=1))),
     )
-
-
-def _angles_and_joints(reference: ReferenceSeries) -> tuple[AngleSeries, SkeletonSeries | None]:
-    if isinstance(reference, SkeletonSeries):
-        return angle_series(reference), reference
-    return reference.angles, reference.skeleton
 
 
 def score_angle(found: FloatArray, expected: FloatArray) -> AngleScore:
@@ -229,6 +222,6 @@ def rigidly_aligned(positions: FloatArray, target: FloatArray) -> FloatArray:
     return transformed(best_rigid_transform(positions[known], target[known]), positions)
 
 
-def known_joints(positions: FloatArray) -> NDArray[np.bool_]:
+def known_joints(positions: FloatArray) -> BoolArray:
     """Mask of the joints with a position, shape (n, 15)."""
     return np.asarray(np.isfinite(positions).all(axis=2))

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.api import ROOT_DOF, BodyEstimate, BodyModel, FloatArray
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import BoolArray, IntArray
 
 TOLERANCE = 1e-9  # [rad] for rounding errors
 STEP = np.radians(10.0)  # [rad] largest accepted step beyond the velocity
@@ -30,8 +30,8 @@ RATE_TOLERANCE = 0.02  # [-] of the rate
 class AngleStream:
     """n messages of one stream over d joint angles."""
 
-    stamps_ns: NDArray[np.int64]  # (n,) [ns]
-    arrivals_ns: NDArray[np.int64]  # (n,) [ns] arrival at a subscriber; the stamps if unknown
+    stamps_ns: IntArray  # (n,) [ns]
+    arrivals_ns: IntArray  # (n,) [ns] arrival at a subscriber; the stamps if unknown
     position: FloatArray  # (n, d) [rad]
     velocity: FloatArray  # (n, d) [rad/s]
     stddev: FloatArray  # (n, d) [rad]; NaN unknown
@@ -93,19 +93,14 @@ def stream_of(estimates: Iterable[BodyEstimate], model: BodyModel) -> AngleStrea
     )
 
 
-def unexplained_steps(stream: AngleStream) -> FloatArray:
-    """Step of each angle minus the mean velocity times the interval, (n − 1, d) [rad]."""
-    dt = np.diff(stream.stamps_ns)[:, None] / NS_PER_S
-    mean_velocity = 0.5 * (stream.velocity[1:] + stream.velocity[:-1])
-    return np.abs(np.diff(stream.position, axis=0) - mean_velocity * dt)
-
-
 def measure_stream(stream: AngleStream) -> StreamQuality:
     """Compute the figures of a stream of at least two messages."""
     intervals_ns = np.diff(stream.stamps_ns)
     is_running = intervals_ns <= SILENCE_NS
-    moves = np.abs(np.diff(stream.position, axis=0))
-    steps = unexplained_steps(stream)[is_running]
+    moves = np.diff(stream.position, axis=0)
+    mean_velocity = 0.5 * (stream.velocity[1:] + stream.velocity[:-1])
+    steps = np.abs(moves - mean_velocity * intervals_ns[:, None] / NS_PER_S)[is_running]
+    moves = np.abs(moves)
     stddev = np.nan_to_num(stream.stddev[1:][is_running], nan=0.0)
     lower, upper = stream.limits.T
     outside = (stream.position < lower - TOLERANCE) | (stream.position > upper + TOLERANCE)
@@ -130,11 +125,11 @@ def measure_stream(stream: AngleStream) -> StreamQuality:
     )
 
 
-def _rows(flags: NDArray[np.bool_]) -> int:
+def _rows(flags: BoolArray) -> int:
     return int(np.sum(flags.any(axis=1)))
 
 
-def _start_chatter(stream: AngleStream, is_running: NDArray[np.bool_]) -> float:
+def _start_chatter(stream: AngleStream, is_running: BoolArray) -> float:
     """Largest RMS of the second difference at a start, relative to the median elsewhere [-]."""
     starts: list[float] = []
     others: list[float] = []

@@ -27,7 +27,7 @@ class Row:
     """One line of a table."""
 
     name: str
-    cells: tuple[Cell, ...]
+    cells: Sequence[Cell]
     is_summary: bool = False  # separated from the lines above
 
 
@@ -37,8 +37,8 @@ class Table:
 
     caption: str  # with units
     head: str  # of the first column
-    columns: tuple[str, ...]
-    rows: tuple[Row, ...]
+    columns: Sequence[str]
+    rows: Sequence[Row]
     note: str = ""
 
     @property
@@ -96,8 +96,8 @@ def table_of(
         columns: Function from an item to its cell, by the column's header.
         note: Text below the table.
     """
-    rows = (text_row(name, *(cell(item) for cell in columns.values())) for name, item in items)
-    return Table(caption=caption, head=head, columns=tuple(columns), rows=tuple(rows), note=note)
+    rows = [text_row(name, *(cell(item) for cell in columns.values())) for name, item in items]
+    return Table(caption=caption, head=head, columns=list(columns), rows=rows, note=note)
 
 
 def nearest_zero(values: Sequence[float]) -> float:
@@ -121,14 +121,14 @@ def number_row(
     marked = len(known) > 1
     return Row(
         name=name,
-        cells=tuple(Cell(text=text, is_best=marked and text == mark) for text in shown),
+        cells=[Cell(text=text, is_best=marked and text == mark) for text in shown],
         is_summary=is_summary,
     )
 
 
 def text_row(name: str, *texts: str, is_summary: bool = False) -> Row:
     """A line of texts."""
-    return Row(name=name, cells=tuple(Cell(text=text) for text in texts), is_summary=is_summary)
+    return Row(name=name, cells=[Cell(text=text) for text in texts], is_summary=is_summary)
 
 
 def number(value: float, digits: int, *, sign: bool = False) -> str:

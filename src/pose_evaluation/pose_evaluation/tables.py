@@ -32,6 +32,9 @@ SUMMARY: tuple[tuple[str, Callable[[MethodScores], float], int, Judge | None, bo
 )
 """Figures over all angles: name, value, digits, which is best, whether signed."""
 
+CsvRow = tuple[str, str, str, float, str]
+"""Method or pair, quantity, of what, value, unit."""
+
 
 def readable(name: str) -> str:
     """Convert an identifier to words."""
@@ -59,7 +62,7 @@ def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Tabl
         best = number_row(name, [rmse for rmse, _, _ in figures], 1, min)
         return Row(
             name=name,
-            cells=tuple(
+            cells=[
                 Cell(
                     text=f"{number(rmse, 1)} / {number(bias, 1, sign=True)} / {number(r, 2)}"
                     if with_bias
@@ -67,7 +70,7 @@ def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Tabl
                     is_best=cell.is_best,
                 )
                 for cell, (rmse, bias, r) in zip(best.cells, figures, strict=True)
-            ),
+            ],
             is_summary=is_summary,
         )
 
@@ -80,7 +83,7 @@ def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Tabl
         caption=f"Joint angle error against {evaluation.reference} "
         f"({subject}{evaluation.duration_s:.1f} s)",
         head="angle",
-        columns=tuple(method_label(method.name) for method in methods),
+        columns=[method_label(method.name) for method in methods],
         rows=(
             *(
                 row(readable(name), [(s.rmse_deg, s.bias_deg, s.r) for s in scores], False)
@@ -137,48 +140,62 @@ def stability_table(stability: Mapping[str, MethodStability]) -> Table:
 
 def evaluation_csv(evaluation: Evaluation) -> str:
     """All figures, one per row: method, quantity, of what, value, unit."""
-    rows: list[tuple[str, str, str, float, str]] = []
+    rows: list[CsvRow] = []
     for method in evaluation.methods:
         for angle, score in method.angles.items():
-            rows.append((method.name, "rmse", angle, score.rmse_deg, "deg"))
-            rows.append((method.name, "bias", angle, score.bias_deg, "deg"))
-            rows.append((method.name, "r", angle, score.r, "-"))
             low, high = score.limits_of_agreement_deg
-            rows.append((method.name, "limit_of_agreement_low", angle, low, "deg"))
-            rows.append((method.name, "limit_of_agreement_high", angle, high, "deg"))
-            rows.append((method.name, "samples", angle, score.samples, "-"))
-        for joint, error in method.joint_error_mm.items():
-            rows.append((method.name, "position_error", joint, error, "mm"))
-        for bone, sd in method.bone_sd_mm.items():
-            rows.append((method.name, "bone_length_sd", bone, sd, "mm"))
-        for joint, jerk in method.jerk.items():
-            rows.append((method.name, "rms_jerk", joint, jerk, "m/s^3"))
-        rows.append((method.name, "time_shift", "", method.shift_s, "s"))
-        rows.append((method.name, "coverage", "", method.coverage, "-"))
+            rows += _csv_rows(
+                method.name,
+                ("rmse", {angle: score.rmse_deg}, "deg"),
+                ("bias", {angle: score.bias_deg}, "deg"),
+                ("r", {angle: score.r}, "-"),
+                ("limit_of_agreement_low", {angle: low}, "deg"),
+                ("limit_of_agreement_high", {angle: high}, "deg"),
+                ("samples", {angle: score.samples}, "-"),
+            )
+        rows += _csv_rows(
+            method.name,
+            ("position_error", method.joint_error_mm, "mm"),
+            ("bone_length_sd", method.bone_sd_mm, "mm"),
+            ("rms_jerk", method.jerk, "m/s^3"),
+            ("time_shift", {"": method.shift_s}, "s"),
+            ("coverage", {"": method.coverage}, "-"),
+        )
     return _csv(evaluation.reference, evaluation.synthetic, rows)
 
 
 def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
     """All figures, one per row: method or pair, quantity, of what, value, unit."""
-    rows: list[tuple[str, str, str, float, str]] = []
+    rows: list[CsvRow] = []
     for view in agreement.views:
-        pair = f"{view.first}-{view.second}"
-        rows.append((pair, "instants", "", view.frames, "-"))
-        rows.append((pair, "distance_as_logged", "", view.as_logged_cm, "cm"))
-        rows.append((pair, "distance_calibrated", "", view.calibrated_cm, "cm"))
-        rows.append((pair, "distance_best_rigid", "", view.best_rigid_cm, "cm"))
-        for angle, difference in view.angle_difference_deg.items():
-            rows.append((pair, "rms_difference", angle, difference, "deg"))
+        rows += _csv_rows(
+            f"{view.first}-{view.second}",
+            ("instants", {"": view.frames}, "-"),
+            ("distance_as_logged", {"": view.as_logged_cm}, "cm"),
+            ("distance_calibrated", {"": view.calibrated_cm}, "cm"),
+            ("distance_best_rigid", {"": view.best_rigid_cm}, "cm"),
+            ("rms_difference", view.angle_difference_deg, "deg"),
+        )
     for name, each in agreement.stability.items():
-        rows.append((name, "frames", "", each.frames, "-"))
-        rows.append((name, "gaps", "", each.gaps, "-"))
-        rows.append((name, "longest_gap", "", each.longest_gap_s, "s"))
-        for bone, cv in each.bone_cv_percent.items():
-            rows.append((name, "bone_length_cv", bone, cv, "%"))
-            rows.append((name, "bone_length_sd", bone, each.bone_sd_mm[bone], "mm"))
-        for joint, jerk in each.jerk.items():
-            rows.append((name, "rms_jerk", joint, jerk, "m/s^3"))
+        rows += _csv_rows(
+            name,
+            ("frames", {"": each.frames}, "-"),
+            ("gaps", {"": each.gaps}, "-"),
+            ("longest_gap", {"": each.longest_gap_s}, "s"),
+            ("bone_length_cv", each.bone_cv_percent, "%"),
+            ("bone_length_sd", each.bone_sd_mm, "mm"),
+            ("rms_jerk", each.jerk, "m/s^3"),
+        )
     return _csv("none", synthetic, rows)
+
+
+def _csv_rows(name: str, *figures: tuple[str, Mapping[str, float], str]) -> list[CsvRow]:
+    """A row for each value: of a method or pair, each quantity with its values and unit."""
+    return [
+        (name, quantity, of, float(value), unit)
+        for quantity, values, unit in figures
+        for of, value in values.items()
+    ]
 
 
 def _difference_table(view: ViewAgreement) -> Table:
@@ -186,20 +203,20 @@ def _difference_table(view: ViewAgreement) -> Table:
     return Table(
         caption=f"RMS difference of angles, {view.first} – {view.second} [deg]",
         head="angle",
-        columns=tuple(f"{side} limb" for side in SIDES),
-        rows=tuple(
+        columns=[f"{side} limb" for side in SIDES],
+        rows=[
             number_row(
                 readable(angle), [view.angle_difference_deg[f"{side}_{angle}"] for side in SIDES], 1
             )
             for angle in angles
-        ),
+        ],
     )
 
 
-def _csv(reference: str, synthetic: bool, rows: Sequence[tuple[str, str, str, float, str]]) -> str:
+def _csv(reference: str, synthetic: bool, rows: Iterable[CsvRow]) -> str:
     reference += ", synthetic subject" if synthetic else ""
     head = ("reference", "method", "quantity", "of", "value", "unit")
-    return csv_text(head, ((reference, *names, float(value), unit) for *names, value, unit in rows))
+    return csv_text(head, ((reference, *row) for row in rows))
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

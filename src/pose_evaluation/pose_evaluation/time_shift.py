@@ -1,7 +1,8 @@
 """One time shift between two recordings of the same motion, by cross-correlating joint angles."""
 
+from collections.abc import Iterator
+
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import correlate
 
 from pose_core.api import (
@@ -12,6 +13,7 @@ from pose_core.api import (
     angle_series,
     without_sideways_flexion,
 )
+from pose_io.arrays import IntArray
 
 GRID_RATE = 100.0  # [Hz]
 MAX_SHIFT_S = 0.5  # [s]
@@ -66,9 +68,7 @@ def estimate_angle_shift(
     return float(lags[best] + _peak_offset(scores, best)) / GRID_RATE
 
 
-def pooled_correlations(
-    expected: FloatArray, found: FloatArray
-) -> tuple[NDArray[np.int64], FloatArray]:
+def pooled_correlations(expected: FloatArray, found: FloatArray) -> tuple[IntArray, FloatArray]:
     """Correlation of all angles together at every lag.
 
     Args:
@@ -82,9 +82,8 @@ def pooled_correlations(
     lags = np.arange(-(len(expected) - 1), len(found))
     covariance, first, second = np.zeros((3, len(lags)))
     for x, y in zip(expected.T, found.T, strict=True):
-        count, products = _sums(x, y)
-        sum_x, sum_y, sum_xx, sum_yy, sum_xy = products
-        count = np.maximum(count, 1.0)
+        count, sum_x, sum_y, sum_xx, sum_yy, sum_xy = _sums(x, y)
+        count = np.maximum(np.round(count), 1.0)
         covariance += sum_xy - sum_x * sum_y / count
         first += np.maximum(sum_xx - sum_x**2 / count, 0.0)
         second += np.maximum(sum_yy - sum_y**2 / count, 0.0)
@@ -93,24 +92,21 @@ def pooled_correlations(
     return lags, np.where(moves, covariance / np.where(moves, power, 1.0), np.nan)
 
 
-def _sums(x: FloatArray, y: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
-    """Counts and sums over the common known samples of two series, by shift."""
+def _sums(x: FloatArray, y: FloatArray) -> Iterator[FloatArray]:
+    """Counts and sums of x, y, x², y², xy over the common known samples of two series, by shift."""
     known_x, known_y = np.isfinite(x).astype(float), np.isfinite(y).astype(float)
     x = np.where(known_x > 0.0, x - np.nanmean(x), 0.0) if known_x.any() else 0.0 * known_x
     y = np.where(known_y > 0.0, y - np.nanmean(y), 0.0) if known_y.any() else 0.0 * known_y
 
-    def by_shift(of_x: FloatArray, of_y: FloatArray) -> FloatArray:
-        return np.asarray(correlate(of_y, of_x, mode="full", method="fft"))
-
-    count = np.round(by_shift(known_x, known_y))
-    sums = (
-        by_shift(x, known_y),
-        by_shift(known_x, y),
-        by_shift(x**2, known_y),
-        by_shift(known_x, y**2),
-        by_shift(x, y),
-    )
-    return count, sums
+    for of_x, of_y in (
+        (known_x, known_y),
+        (x, known_y),
+        (known_x, y),
+        (x**2, known_y),
+        (known_x, y**2),
+        (x, y),
+    ):
+        yield correlate(of_y, of_x, mode="full", method="fft")
 
 
 def _peak_offset(scores: FloatArray, best: int) -> float:

@@ -53,7 +53,13 @@ def uncertainty_coverage(
         error = np.abs(wrapped(estimates.position[:, column] - expected[angle]))
         known = np.isfinite(error) & np.isfinite(stddev)
         if known.any():
-            result[angle] = _coverage(error[known], stddev[known])
+            error, stddev = error[known], stddev[known]
+            result[angle] = Coverage(
+                within_1=float(np.mean(error <= stddev)),
+                within_2=float(np.mean(error <= 2.0 * stddev)),
+                mean_stddev_deg=float(np.degrees(stddev.mean())),
+                samples=len(error),
+            )
     return result
 
 
@@ -78,21 +84,10 @@ def stddev_at(estimates: EstimateSeries, angle: str, stamps_ns: IntArray) -> Flo
     if angle not in estimates.names or len(estimates.stamps_ns) == 0:
         return np.full(len(stamps_ns), np.nan)
     begin_ns = int(estimates.stamps_ns[0])
-    return np.asarray(
-        np.interp(
-            (stamps_ns - begin_ns).astype(float),
-            (estimates.stamps_ns - begin_ns).astype(float),
-            estimates.position_stddev[:, estimates.names.index(angle)],
-            left=np.nan,
-            right=np.nan,
-        )
-    )
-
-
-def _coverage(error: FloatArray, stddev: FloatArray) -> Coverage:
-    return Coverage(
-        within_1=float(np.mean(error <= stddev)),
-        within_2=float(np.mean(error <= 2.0 * stddev)),
-        mean_stddev_deg=float(np.degrees(stddev.mean())),
-        samples=len(error),
+    return np.interp(
+        (stamps_ns - begin_ns).astype(float),
+        (estimates.stamps_ns - begin_ns).astype(float),
+        estimates.position_stddev[:, estimates.names.index(angle)],
+        left=np.nan,
+        right=np.nan,
     )

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rosbags.interfaces import QosReliability
-from rosbags.rosbag2.storage_mcap import decompress
 
 from pose_core.errors import InputError, writing
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
-from pose_io.mcap import CHUNK_HEAD, CHUNK_KIND, COMPRESSION, RECORD
+from pose_io.mcap import CHUNK_KIND, RECORD, chunk_info, read_chunk
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER_KIND, FOOTER_KIND, DATA_END_KIND = 1, 2, 15
@@ -108,14 +107,9 @@ def _problem_of_record(content: mmap.mmap, kind: int, begin: int, length: int) -
 
 def _problem_of_chunk(content: mmap.mmap, begin: int, length: int) -> str:
     """Description of a chunk's damage; empty if it can be decompressed."""
-    *_, unpacked_size, checksum = CHUNK_HEAD.unpack_from(content, begin)
-    at = begin + CHUNK_HEAD.size
-    (name_size,) = COMPRESSION.unpack_from(content, at)
-    at += COMPRESSION.size
+    content.seek(begin)
     try:
-        compression = content[at : at + name_size].decode()
-        packed = content[at + name_size + 8 : begin + length]
-        decompress(packed, compression, unpacked_size, checksum)
+        read_chunk(content, chunk_info(content, begin - RECORD.size, length))
     except Exception as error:  # damaged bytes may raise any exception
         return f"a damaged chunk ({error})"
     return ""

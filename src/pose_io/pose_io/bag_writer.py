@@ -102,7 +102,19 @@ class BagWriter:
             topic,
             msgtype,
             typestore=self.typestore,
-            offered_qos_profiles=[_qos(latched=latched, reliable=reliable, depth=depth)],
+            offered_qos_profiles=[
+                Qos(
+                    QosHistory.KEEP_LAST,
+                    depth,
+                    QosReliability.RELIABLE if reliable else QosReliability.BEST_EFFORT,
+                    QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+                    INFINITE,
+                    INFINITE,
+                    QosLiveliness.AUTOMATIC,
+                    INFINITE,
+                    False,
+                )
+            ],
         )
 
     def write(self, topic: str, message: Any, stamp_ns: int) -> None:
@@ -167,17 +179,3 @@ class BagWriter:
             self.close()
         else:
             self.abort()
-
-
-def _qos(*, latched: bool, reliable: bool, depth: int) -> Qos:
-    return Qos(
-        QosHistory.KEEP_LAST,
-        depth,
-        QosReliability.RELIABLE if reliable else QosReliability.BEST_EFFORT,
-        QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
-        INFINITE,
-        INFINITE,
-        QosLiveliness.AUTOMATIC,
-        INFINITE,
-        False,
-    )

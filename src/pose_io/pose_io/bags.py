@@ -96,11 +96,8 @@ class BagReader:
         Raises:
             InputError: If the bag is found to be damaged.
         """
-        connections = [
-            connection
-            for connection in self._reader.connections
-            if topics is None or connection.topic in topics
-        ]
+        every = self._reader.connections
+        connections = [each for each in every if topics is None or each.topic in topics]
         if not connections:  # rosbags takes an empty list for "all"
             return
         try:

@@ -1,6 +1,7 @@
 """MCAP files read a chunk of messages at a time, also those whose recording was cut off."""
 
 from collections.abc import Collection, Iterator
+from mmap import mmap
 from operator import attrgetter, itemgetter
 from struct import Struct
 from typing import BinaryIO, NamedTuple
@@ -49,9 +50,11 @@ def batches(storage: McapReader, connections: Collection[Connection]) -> Iterato
         for chunk in chunks
         if not chunk.channel_count or any(chunk.channel_count.get(id_) for id_ in wanted)
     ]
+    file = storage.bio
+    assert file is not None
     held: list[BagMessage] = []
     for index, chunk in enumerate(chunks):
-        held += _entries(_content(storage, chunk), wanted)
+        held += _entries(read_chunk(file, chunk), wanted)
         held.sort(key=attrgetter("stamp_ns"))
         if index + 1 == len(chunks):
             break
@@ -86,7 +89,7 @@ def scanned_chunks(storage: McapReader) -> list[ChunkInfo]:
         if kind == MESSAGE_KIND:
             return []
         if kind == CHUNK_KIND:
-            chunks.append(_chunk_info(file, at, size))
+            chunks.append(chunk_info(file, at, size))
         elif kind == INDEX_KIND and chunks:
             channel, length = INDEX_HEAD.unpack(file.read(INDEX_HEAD.size))
             chunks[-1].channel_count[channel] = length // INDEX_ENTRY_SIZE
@@ -94,8 +97,8 @@ def scanned_chunks(storage: McapReader) -> list[ChunkInfo]:
     return chunks
 
 
-def _chunk_info(file: BinaryIO, at: int, size: int) -> ChunkInfo:
-    """Index entry of a chunk whose record begins at the offset ``at``."""
+def chunk_info(file: BinaryIO | mmap, at: int, size: int) -> ChunkInfo:
+    """Index entry of a chunk whose record begins at the offset ``at``; its head has been read."""
     start_ns, end_ns, unpacked_size, _ = CHUNK_HEAD.unpack(file.read(CHUNK_HEAD.size))
     (length,) = COMPRESSION.unpack(file.read(COMPRESSION.size))
     compression = file.read(length).decode()
@@ -114,10 +117,8 @@ def _chunk_info(file: BinaryIO, at: int, size: int) -> ChunkInfo:
     )
 
 
-def _content(storage: McapReader, chunk: ChunkInfo) -> bytes:
+def read_chunk(file: BinaryIO | mmap, chunk: ChunkInfo) -> bytes:
     """A chunk's records, decompressed after a check of its checksum."""
-    file = storage.bio
-    assert file is not None
     file.seek(chunk.chunk_start_offset + RECORD.size)
     *_, checksum = CHUNK_HEAD.unpack(file.read(CHUNK_HEAD.size))
     file.seek(COMPRESSION.size + len(chunk.compression) + 8, 1)

@@ -1,16 +1,20 @@
 """Messages of a typestore, made of numbers, to be written into bags without ROS."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.typesys.store import Typestore
 from scipy.spatial.transform import Rotation
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import ByteArray
 from pose_io.names import WORLD_FRAME, sensor_frame
+
+if TYPE_CHECKING:  # slow to import
+    from pose_core.api import SkeletonSample
 
 
 class MessageMaker:
@@ -34,8 +38,8 @@ class MessageMaker:
         self,
         header: Any,
         person: str,
-        positions: NDArray[np.float64],
-        tracking_state: NDArray[np.uint8],
+        positions: FloatArray,
+        tracking_state: ByteArray,
     ) -> Any:
         """One person's joints, (15, 3) [m] in the header's frame, and their states, (15,)."""
         point = self._types["geometry_msgs/msg/Point"]
@@ -52,13 +56,20 @@ class MessageMaker:
         """A sensor's frame: all persons of :meth:`skeleton`."""
         return self.make("pose_msgs/SkeletonArray", header=header, skeletons=list(skeletons))
 
+    def frame(self, header: Any, persons: Iterable["SkeletonSample"]) -> Any:
+        """A sensor's frame of these persons."""
+        skeletons = (
+            self.skeleton(header, p.person, p.positions, p.tracking_state) for p in persons
+        )
+        return self.skeletons(header, [*skeletons])
+
     def imu(
         self,
         header: Any,
-        orientation: NDArray[np.float64],
-        orientation_stddev: NDArray[np.float64],
-        angular_velocity: NDArray[np.float64],
-        linear_acceleration: NDArray[np.float64] | None = None,
+        orientation: FloatArray,
+        orientation_stddev: FloatArray,
+        angular_velocity: FloatArray,
+        linear_acceleration: FloatArray | None = None,
     ) -> Any:
         """An IMU's sample.
 
@@ -83,9 +94,7 @@ class MessageMaker:
             linear_acceleration_covariance=np.array([marked, *[0.0] * 8]),
         )
 
-    def sensor_transforms(
-        self, T_map_sensor: Mapping[str, NDArray[np.float64]], stamp_ns: int
-    ) -> Any:
+    def sensor_transforms(self, T_map_sensor: Mapping[str, FloatArray], stamp_ns: int) -> Any:
         """Poses of Kinects in map, (4, 4) by sensor name, for ``/tf_static``."""
         transforms = [
             self.make(
@@ -102,10 +111,10 @@ class MessageMaker:
         ]
         return self.make("tf2_msgs/TFMessage", transforms=transforms)
 
-    def _vector(self, values: NDArray[np.float64]) -> Any:
+    def _vector(self, values: FloatArray) -> Any:
         x, y, z = values.tolist()
         return self.make("geometry_msgs/Vector3", x=x, y=y, z=z)
 
-    def _quaternion(self, values: NDArray[np.float64]) -> Any:
+    def _quaternion(self, values: FloatArray) -> Any:
         x, y, z, w = values.tolist()
         return self.make("geometry_msgs/Quaternion", x=x, y=y, z=z, w=w)

@@ -58,7 +58,4 @@ def _messages(stream: SensorStream, name: str, shift_ns: int, make: MessageMaker
     topic, frame_id = f"/{skeletons_topic(name)}", sensor_frame(name)
     for _, time_ns, persons in frames_of_stream(stream):
         header = make.header(time_ns + shift_ns, frame_id)
-        skeletons = [
-            make.skeleton(header, one.person, one.positions, one.tracking_state) for one in persons
-        ]
-        yield time_ns + shift_ns, topic, make.skeletons(header, skeletons)
+        yield time_ns + shift_ns, topic, make.frame(header, persons)

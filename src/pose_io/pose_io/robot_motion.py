@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.stamps import nanoseconds
+from pose_io.arrays import IntArray
 from pose_io.bags import BagReader
 
 TARGET, COMMAND, ROBOT = "arm/target", "arm/command", "arm/joint_states"
@@ -17,8 +17,8 @@ class JointMotion:
     """Joint states of one topic: n messages, d joints."""
 
     joints: tuple[str, ...]
-    stamps_ns: NDArray[np.int64]  # (n,) of the messages
-    recorded_ns: NDArray[np.int64]  # (n,) when they were received
+    stamps_ns: IntArray  # (n,) of the messages
+    recorded_ns: IntArray  # (n,) when they were received
     position: FloatArray  # (n, d) [rad]
     velocity: FloatArray  # (n, d) [rad/s]; NaN where the message has none
 
@@ -32,24 +32,18 @@ def read_joint_motion(bag: BagReader, ending: str) -> JointMotion | None:
     ]
     if not topics:
         return None
-    stamps, recorded, position, velocity = [], [], [], []
-    joints: tuple[str, ...] = ()
-    for message in bag.messages(topics[:1]):
-        content = bag.deserialize(message)
-        joints = joints or tuple(content.name)
-        if tuple(content.name) != joints:
-            continue
-        stamps.append(nanoseconds(content.header.stamp))
-        recorded.append(message.stamp_ns)
-        position.append(np.asarray(content.position, float))
-        known = len(content.velocity) == len(joints)
-        velocity.append(np.asarray(content.velocity) if known else np.full(len(joints), np.nan))
-    if not stamps:
+    states = [(each.stamp_ns, bag.deserialize(each)) for each in bag.messages(topics[:1])]
+    if not states:
         return None
+    joints = next((tuple(state.name) for _, state in states if state.name), ())
+    states = [(at_ns, state) for at_ns, state in states if tuple(state.name) == joints]
+    unknown = np.full(len(joints), np.nan)
     return JointMotion(
         joints=joints,
-        stamps_ns=np.array(stamps, np.int64),
-        recorded_ns=np.array(recorded, np.int64),
-        position=np.array(position),
-        velocity=np.array(velocity),
+        stamps_ns=np.array([nanoseconds(state.header.stamp) for _, state in states], np.int64),
+        recorded_ns=np.array([at_ns for at_ns, _ in states], np.int64),
+        position=np.array([state.position for _, state in states], float),
+        velocity=np.array(
+            [s.velocity if len(s.velocity) == len(joints) else unknown for _, s in states]
+        ),
     )

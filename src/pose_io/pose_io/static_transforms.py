@@ -42,13 +42,10 @@ def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
         InputError: If a transform on such a path has a zero quaternion, NaN or infinity.
     """
     parents = {transform.child_frame_id: transform for transform in transforms}
-    result = {}
-    for frame in sorted(parents):
-        match = SENSOR_FRAME.match(frame)
-        T_map_sensor = _to_world(frame, parents) if match else None
-        if match and T_map_sensor is not None:
-            result[match["name"]] = T_map_sensor
-    return result
+    found = {
+        m["name"]: _to_world(m[0], parents) for m in map(SENSOR_FRAME.match, sorted(parents)) if m
+    }
+    return {name: T_map_sensor for name, T_map_sensor in found.items() if T_map_sensor is not None}
 
 
 def _matrix(transform: Any) -> FloatArray:

@@ -19,6 +19,17 @@ from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, SEGMENTS, SIDES
 from pose_sim.rotations import about_x, about_y, about_z
 
+PROXIMAL_JOINTS = {
+    "upper_arm": "shoulder",
+    "forearm": "elbow",
+    "hand": "hand",
+    "thigh": "hip",
+    "shank": "knee",
+    "foot": "foot",
+}
+"""The joint about which each segment of the limbs rotates, without the side."""
+SIGNS = {"left": 1.0, "right": -1.0}
+"""Direction of each side along y."""
 BODY_ANGLES: tuple[str, ...] = (
     "pelvis_yaw",
     "pelvis_tilt",
@@ -111,7 +122,7 @@ class Body:
         builder.chain("pelvis", "lumbar", _spine(angles, "lumbar"))
         builder.chain("lumbar", "torso", _spine(angles, "thoracic"))
         builder.chain("torso", "head", _spine(angles, "neck"))
-        for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
+        for side, sign in SIGNS.items():
             _arm(builder, angles, side, sign)
             _leg(builder, angles, side, sign)
         return builder.pose()
@@ -152,20 +163,13 @@ def _offsets(height: float) -> dict[str, FloatArray]:
         "forearm": (0.0, 0.0, -UPPER_ARM),
         "hand": (0.0, 0.0, -FOREARM),
     }
-    for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
-        inner = 0.012  # sternal end of the clavicle, from the midline
-        forward, below = 0.015, 0.020  # of the neck
+    inner = 0.012  # sternal end of the clavicle, from the midline
+    forward, below = 0.015, 0.020  # of the neck
+    shoulder = SHOULDER_HALF_DISTANCE - inner
+    for side, sign in SIGNS.items():
         fractions[f"{side}_thigh"] = (0.0, sign * HIP_HALF_DISTANCE, 0.0)
-        fractions[f"{side}_clavicle"] = (
-            SPINE_BEHIND + forward,
-            sign * inner,
-            THORACIC - below,
-        )
-        fractions[f"{side}_upper_arm"] = (
-            -forward,
-            sign * (SHOULDER_HALF_DISTANCE - inner),
-            below - SHOULDER_DROP,
-        )
+        fractions[f"{side}_clavicle"] = (SPINE_BEHIND + forward, sign * inner, THORACIC - below)
+        fractions[f"{side}_upper_arm"] = (-forward, sign * shoulder, below - SHOULDER_DROP)
     return {name: height * np.asarray(point) for name, point in fractions.items()}
 
 
@@ -223,13 +227,11 @@ class _Builder:
     def chain(
         self, parent: str, segment: str, rotation: FloatArray | None, offset: str = ""
     ) -> None:
-        turned = self.rotations[parent]
-        if rotation is not None:
-            turned = turned @ rotation
+        turned = self.rotations[parent] if rotation is None else self.rotations[parent] @ rotation
         self.place(segment, turned, self.point(parent, self.offsets[offset or segment]))
 
     def point(self, segment: str, offset: FloatArray) -> FloatArray:
-        turned: FloatArray = self.rotations[segment] @ offset
+        turned = self.rotations[segment] @ offset
         return self.origins[segment] + turned
 
     def pose(self) -> BodyPoses:
@@ -237,18 +239,17 @@ class _Builder:
             "head": self.point("head", self.offsets["joint_head"]),
             "neck": self.origins["head"],
             "torso": self.point("torso", self.offsets["joint_torso"]),
+            **{
+                f"{side}_{joint}": self.origins[f"{side}_{segment}"]
+                for side in SIDES
+                for segment, joint in PROXIMAL_JOINTS.items()
+            },
         }
-        contacts = []
-        for side in SIDES:
-            joints[f"{side}_shoulder"] = self.origins[f"{side}_upper_arm"]
-            joints[f"{side}_elbow"] = self.origins[f"{side}_forearm"]
-            joints[f"{side}_hand"] = self.origins[f"{side}_hand"]
-            joints[f"{side}_hip"] = self.origins[f"{side}_thigh"]
-            joints[f"{side}_knee"] = self.origins[f"{side}_shank"]
-            joints[f"{side}_foot"] = self.origins[f"{side}_foot"]
-            contacts += [
-                self.point(f"{side}_foot", self.offsets[point]) for point in ("heel", "ball")
-            ]
+        contacts = [
+            self.point(f"{side}_foot", self.offsets[point])
+            for side in SIDES
+            for point in ("heel", "ball")
+        ]
         return BodyPoses(
             joints=np.stack([joints[name] for name in JOINTS], axis=1),
             rotations={segment: self.rotations[segment] for segment in SEGMENTS},

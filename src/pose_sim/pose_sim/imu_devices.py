@@ -13,6 +13,7 @@ from imu_bridge.protocols.star import (
     GYROSCOPE_LSB,
     MAGNETOMETER_LSB,
 )
+from pose_io.arrays import IntArray
 from pose_sim import imu_file, text_device, witmotion_device
 from pose_sim.virtual_imu import (
     ACCELEROMETER_RANGE,
@@ -34,7 +35,7 @@ class PortStream:
     """
 
     segment: str | None
-    due_ns: NDArray[np.int64]
+    due_ns: IntArray
     pieces: tuple[bytes, ...]
 
 

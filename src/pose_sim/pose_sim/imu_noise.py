@@ -68,24 +68,17 @@ class ImuParameters:
     )
 
 
-_ERRORS = (
-    "gyroscope_noise",
-    "gyroscope_bias",
-    "gyroscope_bias_walk",
-    "accelerometer_noise",
-    "accelerometer_bias",
-    "magnetometer_noise",
-    "disturbance",
-    "disturbance_change",
-    "misalignment_min",
-    "misalignment_max",
-)
-
 TYPICAL = ImuParameters()
+_ALIKE = (
+    *("sample_rate", "clock_drift", "radio_latency"),
+    *("radio_jitter", "field_strength", "field_dip"),
+)
+"""Parameters that are the same in all presets; the others are errors."""
 
 
 def _scaled(factor: float) -> ImuParameters:
-    return replace(TYPICAL, **{name: factor * getattr(TYPICAL, name) for name in _ERRORS})
+    errors = {name: factor * value for name, value in vars(TYPICAL).items() if name not in _ALIKE}
+    return replace(TYPICAL, **errors)
 
 
 CLEAN = replace(_scaled(0.0), clock_drift=0.0, radio_jitter=0.0)

@@ -11,6 +11,7 @@ from imu_bridge.protocols.reading import STANDARD_GRAVITY
 from pose_core.arrays import FloatArray
 from pose_core.joints import SIDES
 from pose_sim.body import ANKLE_HEIGHT, FOOT, SHANK, THIGH, Body, neutral_angles
+from pose_sim.moves import both
 from pose_sim.timeline import AngleTimeline, Profile, minimum_jerk
 
 CROUCH = 75.0  # [deg] bend of the legs at the start of the push-off
@@ -25,8 +26,7 @@ def jump(t: AngleTimeline) -> None:
     """Add one jump to the timeline."""
     crouched = _both_legs(leg_pose(np.array([CROUCH])))
     down = {name: float(np.degrees(values[0])) for name, values in crouched.items()}
-    arms_back = {f"{side}_shoulder_flexion": -30.0 for side in SIDES}
-    arms_up = {f"{side}_shoulder_flexion": 75.0 for side in SIDES}
+    arms_back, arms_up = both(shoulder_flexion=-30.0), both(shoulder_flexion=75.0)
     t.move(0.75, down, exact=True, advance=0.0)
     t.move(0.75, arms_back, advance=0.0)
     tilt(t, 0.75, 24.0)

@@ -117,30 +117,17 @@ class KinectParameters:
     )
 
 
-_ERRORS = (
-    "white_noise",
-    "depth_noise",
-    "joint_bias",
-    "pose_bias",
-    "flesh_offset",
-    "wander_still",
-    "wander_moving",
-    "hidden_error",
-    "foreshortened_error",
-    "lag",
-    "glitch_rate",
-    "dropped_share",
-    "lost_share",
-    "hidden_lost_share",
-    "inertia",
-    "wrongly_tracked",
-)
-
 TYPICAL = KinectParameters()
+_ALIKE = (
+    *("frame_rate", "clock_drift", "latency", "arrival_jitter", "clock_offset"),
+    *("wander_time", "bone_stiffness", "arm_likeness", "own_lag", "glitch_size"),
+)
+"""Parameters that are the same in all presets; the others are errors."""
 
 
 def _scaled(factor: float) -> KinectParameters:
-    return replace(TYPICAL, **{name: factor * getattr(TYPICAL, name) for name in _ERRORS})
+    errors = {name: factor * value for name, value in vars(TYPICAL).items() if name not in _ALIKE}
+    return replace(TYPICAL, **errors)
 
 
 CLEAN = replace(_scaled(0.0), clock_drift=0.0, arrival_jitter=0.0)

@@ -4,6 +4,7 @@ Angles are degrees in the conventions of ``docs/conventions.md``.
 """
 
 from pose_core.joints import SIDES
+from pose_sim.body import SIGNS
 from pose_sim.timeline import AngleTimeline
 
 
@@ -45,7 +46,7 @@ def lift_knee(
 
 def side_leg_lifts(t: AngleTimeline) -> None:
     """Lift each straight leg sideways once."""
-    for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
+    for side, sign in SIGNS.items():
         shift_weight(t, away_from=side, duration=0.6)
         arms = both(shoulder_abduction=18)
         trunk = {"lumbar_lateral_bending": 3.0 * sign, "pelvis_obliquity": -2.0 * sign}

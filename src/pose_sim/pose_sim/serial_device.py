@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import IntArray
 from pose_sim import uart
 
 INPUT_SPEED = 4  # index into the result of tcgetattr
@@ -38,14 +38,14 @@ DRAIN_S = 0.5  # [s] for a reader to read the last bytes
 class Transmission:
     """Frames sent by radio, in order of time."""
 
-    due_ns: NDArray[np.int64]  # (n,) [ns]
+    due_ns: IntArray  # (n,) [ns]
     frames: tuple[bytes, ...]
     lost: int = 0
     corrupted: int = 0
 
 
 def over_the_air(
-    due_ns: NDArray[np.int64],
+    due_ns: IntArray,
     frames: Iterable[bytes],
     *,
     lost: float,
@@ -196,7 +196,7 @@ def transmit(
     return Sent(sent=sent, skipped=first, finished=True)
 
 
-def _batches(due_ns: NDArray[np.int64], first: int) -> Iterator[tuple[int, int]]:
+def _batches(due_ns: IntArray, first: int) -> Iterator[tuple[int, int]]:
     begin = first
     while begin < len(due_ns):
         end = int(np.searchsorted(due_ns, due_ns[begin] + BATCH_NS, side="right"))

@@ -21,7 +21,7 @@ from pose_io.recordings.formats import plain_csv
 from pose_io.recordings.recording import Recording, make_recording, make_stream
 from pose_io.typestore import make_typestore
 from pose_sim import imu_file
-from pose_sim.angles import JOINT_NAMES, true_joint_angles
+from pose_sim.angles import true_joint_angles
 from pose_sim.motion import GRID_RATE
 from pose_sim.session import Session
 from pose_sim.virtual_imu import NODES
@@ -56,7 +56,8 @@ def write_truth(path: Path, session: Session, start_ns: int, note: str) -> None:
     typestore = make_typestore()
     step = round(GRID_RATE / TRUTH_RATE)
     times = session.motion.times
-    angles = np.stack(list(true_joint_angles(session.motion).values()), axis=1)
+    by_name = true_joint_angles(session.motion)
+    angles = np.stack(list(by_name.values()), axis=1)
     rates = np.gradient(angles, times, axis=0)
     joints = session.motion.pose.joints
     make = MessageMaker(typestore)
@@ -75,7 +76,7 @@ def write_truth(path: Path, session: Session, start_ns: int, note: str) -> None:
             states = make.make(
                 "sensor_msgs/JointState",
                 header=make.header(stamp_ns),
-                name=list(JOINT_NAMES),
+                name=list(by_name),
                 position=angles[index],
                 velocity=rates[index],
                 effort=np.empty(0),

@@ -167,8 +167,7 @@ def slow_process(
     keep = np.exp(-1.0 / (seconds * rate))
     noise = rng.standard_normal(shape)
     noise[1:] *= np.sqrt(1.0 - keep**2)
-    process: FloatArray = lfilter([1.0], [1.0, -keep], noise, axis=0)
-    return process
+    return lfilter([1.0], [1.0, -keep], noise, axis=0)
 
 
 def _liken_arms(draws: FloatArray, p: KinectParameters) -> None:

@@ -22,9 +22,10 @@ from imu_bridge.protocols.star import (
 from imu_bridge.sequence import SEQUENCE_MODULUS
 from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import ByteArray, IntArray
 from pose_sim.body import Body
 from pose_sim.imu_noise import ImuParameters
-from pose_sim.motion import Motion, SegmentPath
+from pose_sim.motion import Motion
 
 ACCELEROMETER_RANGE = 2  # code: +-8 g
 GYROSCOPE_RANGE = 3  # code: +-2000 deg/s
@@ -69,7 +70,7 @@ class Measurements:
     """Measurements of one node in SI units, before quantisation."""
 
     sample_s: FloatArray  # (n,) [s] true time of sampling on the host's clock
-    clock_us: NDArray[np.int64]  # (n,) [us] on the node's clock, not wrapped
+    clock_us: IntArray  # (n,) [us] on the node's clock, not wrapped
     angular_velocity: FloatArray  # (n, 3) [rad/s]
     specific_force: FloatArray  # (n, 3) [m/s^2]
     magnetic_field: FloatArray  # (n, 3) [T]
@@ -79,8 +80,8 @@ class Measurements:
 class ImuFrames:
     """All nodes' frames in the order in which they reach the host."""
 
-    due_ns: NDArray[np.int64]  # (n,) [ns] on the host's clock, from the session's start
-    node_id: NDArray[np.uint8]  # (n,)
+    due_ns: IntArray  # (n,) [ns] on the host's clock, from the session's start
+    node_id: ByteArray  # (n,)
     sequence: NDArray[np.uint16]  # (n,)
     clock_us: NDArray[np.uint32]  # (n,)
     accelerometer: NDArray[np.int16]  # (n, 3) counts
@@ -136,7 +137,7 @@ def measure(
         rng: Random generator.
     """
     times, clock_us = _clock(float(motion.times[-1]), parameters, rng)
-    path: SegmentPath = motion.segment(node.segment, node.place)
+    path = motion.segment(node.segment, node.place)
     R_sensor_map = (path.rotation(times) * node.R_segment_sensor).inv()
     turning = node.R_segment_sensor.inv().apply(path.angular_velocity(times))
     force = R_sensor_map.apply(path.acceleration(times) + np.array([0.0, 0.0, STANDARD_GRAVITY]))
@@ -184,13 +185,13 @@ def to_frames(
 
 def _clock(
     duration: float, p: ImuParameters, rng: np.random.Generator
-) -> tuple[FloatArray, NDArray[np.int64]]:
+) -> tuple[FloatArray, IntArray]:
     """Sampling times [s] on the host's clock and on the node's clock [us], which is regular."""
     period = 1.0 / p.sample_rate
     phase, boot = rng.uniform(0.0, period), rng.uniform(5.0, 3000.0)  # [s]
     drift = 1e-6 * p.clock_drift * rng.standard_normal()
     steps = np.arange(int(duration * p.sample_rate) + 2)
-    times: FloatArray = (phase + steps * period * (1.0 - drift)).astype(np.float64)
+    times = (phase + steps * period * (1.0 - drift)).astype(np.float64)
     clock_us = np.round(1e6 * (boot + steps * period)).astype(np.int64)
     inside = times <= duration
     return times[inside], clock_us[inside]
@@ -200,5 +201,5 @@ def _slow_change(times: FloatArray, p: ImuParameters, rng: np.random.Generator) 
     """A magnetic disturbance with periods of 17 s to 100 s [T], shape (n, 3)."""
     frequencies = rng.uniform(0.01, 0.06, 3)  # [Hz]
     phases = rng.uniform(0.0, 2.0 * np.pi, 3)
-    waves: FloatArray = np.sin(2.0 * np.pi * frequencies * times[:, None] + phases)
+    waves = np.sin(2.0 * np.pi * frequencies * times[:, None] + phases)
     return 1e-6 * p.disturbance_change * np.sqrt(2.0) * waves

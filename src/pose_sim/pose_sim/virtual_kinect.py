@@ -8,12 +8,12 @@ speed and occlusion, white noise, and short gross errors. The sizes are in
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import ByteArray, IntArray
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.motion import Motion
 from pose_sim.occlusion import hidden
@@ -38,10 +38,10 @@ class KinectFrames:
     """Frames of one virtual Kinect: n frames of one person."""
 
     capture_s: FloatArray  # (n,) [s] true time of capture on the host's clock
-    host_time_ns: NDArray[np.int64]  # (n,) [ns] arrival at the host
-    sensor_time_ns: NDArray[np.int64]  # (n,) [ns] capture on the sensor's clock
+    host_time_ns: IntArray  # (n,) [ns] arrival at the host
+    sensor_time_ns: IntArray  # (n,) [ns] capture on the sensor's clock
     positions: FloatArray  # (n, 15, 3) [m] in the optical frame; NaN where not tracked
-    tracking_state: NDArray[np.uint8]  # (n, 15)
+    tracking_state: ByteArray  # (n, 15)
 
     def late(self, offset_ns: int, after_ns: int) -> "KinectFrames":
         """Frames of a host whose clock is ``offset_ns`` [ns] ahead, after a time [ns] of it."""
@@ -108,7 +108,7 @@ def draw_body_bias(rng: np.random.Generator) -> FloatArray:
 
 def _clocks(
     duration: float, p: KinectParameters, rng: np.random.Generator
-) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[FloatArray, IntArray, IntArray]:
     """Capture [s], arrival [ns] and sensor clock [ns] of the frames that arrive."""
     period = 1.0 / p.frame_rate
     phase, boot = rng.uniform(0.0, period), rng.uniform(10.0, 5000.0)  # [s]
@@ -132,16 +132,12 @@ def _optical(points: FloatArray, T_map_optical: FloatArray) -> FloatArray:
 
 
 def _out_of_view(optical: FloatArray) -> FloatArray:
-    wide, high = (np.tan(0.5 * angle) for angle in FIELD_OF_VIEW)
-    depth = np.maximum(optical[..., 2], 1e-3)
-    return (
-        (np.abs(optical[..., 0]) > wide * depth) | (np.abs(optical[..., 1]) > high * depth)
-    ).astype(float)
+    depth = np.maximum(optical[..., 2:], 1e-3)
+    reach = np.tan(0.5 * np.array(FIELD_OF_VIEW)) * depth
+    return (np.abs(optical[..., :2]) > reach).any(axis=-1).astype(float)
 
 
-def _states(
-    blocked: FloatArray, p: KinectParameters, rng: np.random.Generator
-) -> NDArray[np.uint8]:
+def _states(blocked: FloatArray, p: KinectParameters, rng: np.random.Generator) -> ByteArray:
     """Tracking state of each joint, which changes rarely, (n, 15)."""
     believes = ndtr(slow_process(blocked.shape, DECISION_TIME, p.frame_rate, rng))
     loses = ndtr(slow_process(blocked.shape, DECISION_TIME, p.frame_rate, rng))

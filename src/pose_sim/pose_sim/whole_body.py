@@ -7,6 +7,7 @@ conventions of ``docs/conventions.md``; speeds are moderate, except for the kick
 from collections.abc import Mapping
 
 from pose_core.joints import SIDES
+from pose_sim.body import SIGNS
 from pose_sim.moves import (
     bend_forward,
     both,
@@ -19,7 +20,6 @@ from pose_sim.moves import (
 )
 from pose_sim.timeline import AngleTimeline
 
-SIGNS = dict(zip(SIDES, (1.0, -1.0), strict=True))
 ARMS = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
 GIRDLE = ("clavicle_elevation", "clavicle_protraction")
 

@@ -7,9 +7,10 @@ References:
 import struct
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from imu_bridge.protocols.reading import STANDARD_GRAVITY
+from pose_core.arrays import FloatArray
 
 US_PER_MS = 1000
 CONTENT = (0x51, 0x52, 0x54)
@@ -55,7 +56,7 @@ def _packet(kind: int, content: bytes) -> bytes:
     return body + bytes([sum(body) & 0xFF])
 
 
-def _i16(counts: NDArray[np.float64]) -> bytes:
+def _i16(counts: FloatArray) -> bytes:
     """Encode three or four counts, saturated; a missing fourth is 0."""
     whole = np.clip(np.rint(counts), -32768, 32767).astype(int).tolist()
     return struct.pack("<4h", *(whole + [0])[:4])

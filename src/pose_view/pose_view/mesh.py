@@ -50,7 +50,12 @@ def ellipsoid(half_axes: Sequence[float]) -> Mesh:
     unit = loft([(np.sin(e), np.cos(e), np.cos(e)) for e in elevation], cap=0.0)
     vertices = unit.vertices.copy()
     vertices[-2:] = [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]
-    return Mesh(vertices=vertices * np.asarray(half_axes, float), faces=unit.faces)
+    return scaled(Mesh(vertices=vertices, faces=unit.faces), half_axes)
+
+
+def scaled(mesh: Mesh, factors: float | Sequence[float]) -> Mesh:
+    """The mesh, enlarged about the origin by one factor or by those along x, y, z."""
+    return Mesh(vertices=mesh.vertices * np.asarray(factors, float), faces=mesh.faces)
 
 
 def moved(mesh: Mesh, offset: Sequence[float]) -> Mesh:

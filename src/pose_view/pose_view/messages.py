@@ -3,12 +3,12 @@
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_core.api import BodyEstimate, FloatArray
 from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import nanoseconds
 from pose_io.skeleton_messages import skeleton_sample
+from pose_view.robot import root_and_links
 from pose_view.snapshot import BodySnapshot, DofSnapshot
 
 ROOT_PREFIX = "body_"
@@ -54,18 +54,14 @@ def link_rotations(message: Any) -> tuple[str, int, dict[str, FloatArray]] | Non
 
     None if it has no body: ``map`` → ``body_<id>`` → ``<link>_<id>``.
     """
-    root = next((t for t in message.transforms if t.child_frame_id.startswith(ROOT_PREFIX)), None)
-    if root is None:
+    found = root_and_links(message, ROOT_PREFIX)
+    if found is None:
         return None
+    (root, *links), turns = found
     body = root.child_frame_id[len(ROOT_PREFIX) :]
-    links = [t for t in message.transforms if t.header.frame_id == root.child_frame_id]
-    quaternions = [(q.x, q.y, q.z, q.w) for q in (t.transform.rotation for t in (root, *links))]
-    try:
-        R = Rotation.from_quat(quaternions).as_matrix()
-    except ValueError:  # a zero quaternion
-        return None
     names = [t.child_frame_id.removesuffix(f"_{body}") for t in links]
-    return body, nanoseconds(root.header.stamp), dict(zip(names, R[0] @ R[1:], strict=True))
+    R_map_link = (turns[0] * turns[1:]).as_matrix()
+    return body, nanoseconds(root.header.stamp), dict(zip(names, R_map_link, strict=True))
 
 
 def estimate_snapshot(estimate: BodyEstimate) -> BodySnapshot:

@@ -1,6 +1,5 @@
 """Status lines of the graph."""
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
@@ -12,7 +11,6 @@ from pose_node.node_status import NodeStatus
 
 SILENT_AFTER_S = 1.0  # [s]
 NODE_SILENT_AFTER_S = 3.5  # [s] nodes report once a second
-IMU_VALUE = re.compile(r"^(?P<segment>\w+)\.(?P<name>\w+)$")
 
 
 class Mark(IntEnum):
@@ -57,24 +55,20 @@ def stream_line(title: str, status: TopicStatus, delay_s: float | None = None) -
     text = f"{status.rate:.0f} Hz"
     if delay_s is not None:
         text += f", {1e3 * delay_s:.0f} ms after capture"
-    if not status.gaps:
-        return StatusLine(mark=Mark.GOOD, title=title, text=text)
-    gaps = "1 dropout" if status.gaps == 1 else f"{status.gaps} dropouts"
-    text += f", {gaps} in a minute (longest {status.longest_gap_s:.1f} s)"
-    return StatusLine(mark=Mark.WARNING, title=title, text=text)
+    if status.gaps:
+        gaps = "1 dropout" if status.gaps == 1 else f"{status.gaps} dropouts"
+        text += f", {gaps} in a minute (longest {status.longest_gap_s:.1f} s)"
+    mark = Mark.WARNING if status.gaps else Mark.GOOD
+    return StatusLine(mark=mark, title=title, text=text)
 
 
 def imu_line(report: NodeStatus | None, now_ns: int) -> StatusLine:
     """Status of all IMUs, from their bridge's report."""
     if report is None:
         return StatusLine(mark=Mark.NOTHING, title="IMUs", text="no imu_bridge")
-    rates, lost = [], 0
-    for key, value in report.values.items():
-        match = IMU_VALUE.match(key)
-        if match and match["name"] == "rate_hz":
-            rates.append(float(value))
-        elif match and match["name"] == "lost":
-            lost += int(value)
+    values = report.values.items()
+    rates = [float(value) for key, value in values if key.endswith(".rate_hz")]
+    lost = sum(int(value) for key, value in values if key.endswith(".lost"))
     text = report.message
     if rates:
         sending = [rate for rate in rates if rate > 0.0]

@@ -52,26 +52,21 @@ class Recorded:
         self.path = bag.path
         self.sensors: dict[str, FloatArray] = read_extrinsics(bag)
         self.bodies: dict[str, Stamped[BodySnapshot]] = defaultdict(list)
-        self._raw: dict[str, Stamped[tuple[SkeletonSample, ...]]] = defaultdict(list)
+        self.raw: dict[str, Stamped[tuple[SkeletonSample, ...]]] = defaultdict(list)
         self._dof: dict[tuple[str, int], DofSnapshot] = {}
         self._rotations: dict[tuple[str, int], dict[str, FloatArray]] = {}
         self.imus: tuple[str, ...] = ()
         self._read(bag, progress or (lambda _: None))
-        if not self.bodies and not self._raw:
+        if not self.bodies and not self.raw:
             raise InputError(
                 f"{bag.path} holds nothing to show: expected {BODIES}<id>/skeleton or"
                 f" kinect_<name>/skeletons, found {', '.join(sorted(bag.topics))}"
             )
-        series: list[Stamped[Any]] = [*self.bodies.values(), *self._raw.values()]
+        series: list[Stamped[Any]] = [*self.bodies.values(), *self.raw.values()]
         for entries in series:
             entries.sort(key=STAMP)
         self.start_ns = min(entries[0][0] for entries in series)
         self.end_ns = max(entries[-1][0] for entries in series)
-
-    @property
-    def has_raw(self) -> bool:
-        """Whether it contains cameras' skeletons."""
-        return bool(self._raw)
 
     @property
     def duration_s(self) -> float:
@@ -86,7 +81,7 @@ class Recorded:
         """The snapshot at a time after the start [s]."""
         now_ns = self.start_ns + round(time_s * NS_PER_S)
         bodies = {name: latest(each, now_ns) for name, each in self.bodies.items()}
-        raw = {name: latest(each, now_ns) for name, each in self._raw.items()}
+        raw = {name: latest(each, now_ns) for name, each in self.raw.items()}
         return Snapshot(
             bodies={name: body for name, body in bodies.items() if body is not None},
             sensors=self.sensors,
@@ -111,10 +106,9 @@ class Recorded:
         links = [t for t in bag.topics_of_type("tf2_msgs/msg/TFMessage") if t.endswith("/tf")]
         wanted = [*sensors, *bodies, *links]
         skeletons: list[tuple[str, Any]] = []
-        span_ns = max(1, bag.end_ns - bag.start_ns)
         for index, message in enumerate(bag.messages(wanted)):
             if index % 64 == 0:
-                progress((message.stamp_ns - bag.start_ns) / span_ns)
+                progress(bag.share_before(message.stamp_ns))
             content = bag.deserialize(message)
             if message.topic in sensors:
                 self._add_raw(sensors[message.topic], content)
@@ -139,4 +133,4 @@ class Recorded:
         except InputError:
             return  # the fusion has counted it
         if seen:
-            self._raw[sensor].append((seen[0].stamp_ns, tuple(seen)))
+            self.raw[sensor].append((seen[0].stamp_ns, tuple(seen)))

@@ -86,25 +86,35 @@ def robot_shape(message: Any) -> dict[str, tuple[Mesh, ...]]:
     return found
 
 
+def root_and_links(message: Any, prefix: str) -> tuple[list[Any], Rotation] | None:
+    """The transforms of a root, whose frame has a prefix, and of its links; their rotations.
+
+    None if there is no such root, or a quaternion is zero.
+    """
+    root = next((t for t in message.transforms if t.child_frame_id.startswith(prefix)), None)
+    if root is None:
+        return None
+    found = [root, *(t for t in message.transforms if t.header.frame_id == root.child_frame_id)]
+    try:
+        return found, Rotation.from_quat(
+            [(q.x, q.y, q.z, q.w) for q in (t.transform.rotation for t in found)]
+        )
+    except ValueError:
+        return None
+
+
 def robot_places(message: Any) -> tuple[dict[str, FloatArray], dict[str, FloatArray]] | None:
     """Position [m] and quaternion (w, x, y, z) in map by link; None if it is not a robot's.
 
     Args:
         message: ``tf2_msgs/TFMessage``: the root in map first, all links in the root.
     """
-    transforms = message.transforms
-    if not transforms or transforms[0].child_frame_id != ROOT:
+    found = root_and_links(message, ROOT)
+    if found is None:
         return None
-    moved = [each.transform for each in transforms]
-    places = np.array([(m.translation.x, m.translation.y, m.translation.z) for m in moved])
-    try:
-        turns = Rotation.from_quat(
-            [(m.rotation.x, m.rotation.y, m.rotation.z, m.rotation.w) for m in moved]
-        )
-    except ValueError:  # a zero quaternion
-        return None
-    root = turns[0]
-    in_map = root.apply(places[1:]) + places[0]
-    wxyz = (root * turns[1:]).as_quat()[:, [3, 0, 1, 2]]
+    transforms, turns = found
+    places = np.array([(p.x, p.y, p.z) for p in (t.transform.translation for t in transforms)])
+    in_map = turns[0].apply(places[1:]) + places[0]
+    wxyz = (turns[0] * turns[1:]).as_quat()[:, [3, 0, 1, 2]]
     names = [each.child_frame_id for each in transforms[1:]]
     return dict(zip(names, in_map, strict=True)), dict(zip(names, wxyz, strict=True))

@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pose_core.api import FloatArray, SkeletonSample
+from pose_io.arrays import ByteArray
 from pose_view.robot import RobotSnapshot
 
 
@@ -18,7 +16,7 @@ class DofSnapshot:
     position: FloatArray  # [m] or [rad]
     stddev: FloatArray  # [m] or [rad]
     weight_imu: FloatArray  # [-] 0..1
-    source: NDArray[np.uint8]  # pose_fusion's Source
+    source: ByteArray  # pose_fusion's Source
     latency_s: float  # [s] from the newest sample's capture to publication
 
 
@@ -28,7 +26,7 @@ class BodySnapshot:
 
     stamp_ns: int
     joints: FloatArray  # (15, 3) [m] in map
-    tracking_state: NDArray[np.uint8]  # (15,) best of the sensors
+    tracking_state: ByteArray  # (15,) best of the sensors
     dof: DofSnapshot | None = None
     rotations: Mapping[str, FloatArray] = field(default_factory=dict)
     """R_map_link (3, 3) by the link's name, where they are known."""

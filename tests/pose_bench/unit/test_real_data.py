@@ -1,12 +1,13 @@
 import csv
 import io
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 from rich.console import Console
 from rich.progress import Progress
 
-from pose_bench import kinectmultitrack, uiprmd
+from pose_bench import kinectmultitrack, pool, uiprmd
 from pose_bench.one_camera import RAW
 from pose_bench.pool import run_all
 from pose_bench.sessions import SessionSpec, bench_session
@@ -133,9 +134,10 @@ def test_bad_arguments_end_in_one_line(arguments, message):
     assert "\n" not in str(error.value)
 
 
-def test_results_keep_the_order_of_the_arguments_in_several_processes():
+def test_results_keep_the_order_of_the_arguments_in_several_processes(monkeypatch):
     with Progress(console=Console(quiet=True)) as bar:
-        powers = run_all(pow, [(2, n) for n in range(6)], jobs=2, bar=bar, name="powers")
+        monkeypatch.setattr(pool, "progress_bar", lambda *_: nullcontext(bar))
+        powers = run_all(pow, [(2, n) for n in range(6)], jobs=2, name="powers")
 
     assert powers == [1, 2, 4, 8, 16, 32]
     assert [(task.completed, task.total) for task in bar.tasks] == [(6, 6)]

@@ -6,12 +6,12 @@ import pytest
 import yaml
 
 from imu_bridge.devices import PortConfig, read_devices
+from pose_core.api import load_body_model
 from pose_core.errors import InputError, ParameterError, PoseError
 from pose_core.joints import JOINTS
 from pose_io.bags import open_bag
 from pose_io.recordings.formats import plain_csv
 from pose_sim import imu_file
-from pose_sim.angles import JOINT_NAMES
 from pose_sim.session import make_session, read_overrides, settings_of
 from pose_sim.session_folder import write_session
 from pose_sim.tools import generate
@@ -140,7 +140,7 @@ def test_the_truth_holds_skeletons_and_joint_states_at_100_hz(folder, session):
     assert skeletons[0].header.frame_id == "map"
     at = session.motion.joints_at(np.array([6.0]))[0]
     assert np.allclose([[p.x, p.y, p.z] for p in skeletons[600].position], at, atol=1e-9)
-    assert tuple(states[0].name) == JOINT_NAMES
+    assert tuple(states[0].name) == load_body_model("default").angle_names
     assert np.allclose(states[100].position, 0.0, atol=1e-6)
     position = np.array([m.position for m in states])
     velocity = np.array([m.velocity for m in states])

@@ -51,7 +51,7 @@ def tables():
 
 def test_errors_stand_angle_by_angle_with_the_best_marked(tables):
     table = tables["Error"]
-    assert table.columns == ("left", "default + IMUs")
+    assert table.columns == ["left", "default + IMUs"]
     assert texts(table, "left hip flexion") == ["20.0", "14.0*"]
     assert texts(table, "right knee flexion") == ["8.0", "2.0*"]
     # One of twelve angles, and one of six, is 12° worse than the rest.

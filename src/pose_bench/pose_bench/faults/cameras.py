@@ -24,6 +24,7 @@ from pose_bench.faults.packets import Frame, FramePerson, Packet
 from pose_core.joints import JOINTS, OTHER_SIDE
 
 R, L, B = ("right",), ("left",), CAMERAS
+TILT = Rotation.from_euler("y", 10.0, degrees=True)
 MIRRORED = tuple(JOINTS[other] for other in OTHER_SIDE)
 
 
@@ -71,16 +72,8 @@ def _joint(value: float) -> Callable[[np.ndarray, Window], np.ndarray]:
     return set_one
 
 
-def _tilted(degrees: float) -> Callable[[np.ndarray, Window], np.ndarray]:
-    return lambda positions, _: Rotation.from_euler("y", degrees, degrees=True).apply(positions)
-
-
-def _flips(count: int) -> Callable[[Any, Window], Packet]:
-    def flip(packet: Any, window: Window) -> Packet:
-        places = tuple(window.rng.integers(0, 1 << 20, count).tolist())
-        return replace(packet, flips=places)
-
-    return flip
+def _flipped(packet: Any, window: Window) -> Packet:
+    return replace(packet, flips=tuple(window.rng.integers(0, 1 << 20, 3).tolist()))
 
 
 def _lying(packet: Any, _window: Window) -> Packet:
@@ -109,7 +102,7 @@ FAULTS = (
     Fault("right: one joint anywhere", placed(_joint(1.0), *R)),
     Fault("right: millimetres", placed(lambda p, _: 1000.0 * p, *R), R, R),
     Fault("right: feet", placed(lambda p, _: 3.2808 * p, *R), R, R),
-    Fault("right: bumped by 10 degrees", placed(_tilted(10.0), *R), R),
+    Fault("right: bumped by 10 degrees", placed(lambda p, _: TILT.apply(p), *R), R),
     Fault("right: upside down", placed(lambda p, _: p * [1.0, -1.0, 1.0], *R), R, R),
     Fault(
         "right: noise of 0.3 m",
@@ -141,7 +134,7 @@ FAULTS = (
         "right: a new id in every frame",
         peopled(lambda p, w: [replace(p, id=str(w.rng.integers(1 << 40)))], *R),
     ),
-    Fault("right: bit flips", each(R, _flips(3)), R),
+    Fault("right: bit flips", each(R, _flipped), R),
     Fault("right: garbage", each(R, noise(300)), R, R),
     Fault("right: 1 MB/s of noise", each(R, noise(33_000)), R, R),
     Fault("right: lengths that lie", each(R, _lying), R, R),

@@ -75,19 +75,12 @@ def each(sources: Sequence[str], to: Callable[[Any, Window], Packet | Sequence[P
     def change(packets: list[Packet], window: Window) -> list[Packet]:
         result: list[Packet] = []
         for packet in packets:
-            if packet not in window or not is_of(packet, sources):
-                result.append(packet)
-                continue
-            changed = to(packet, window)
-            result.extend([changed] if isinstance(changed, Packet) else changed)
+            is_of = packet.source in sources or (isinstance(packet, Imu) and "imus" in sources)
+            changed = to(packet, window) if is_of and packet in window else packet
+            result += [changed] if isinstance(changed, Packet) else changed
         return sorted(result, key=lambda one: one.at_s)
 
     return change
-
-
-def is_of(packet: Packet, sources: Sequence[str]) -> bool:
-    """Whether a packet comes from one of these sources."""
-    return packet.source in sources or (isinstance(packet, Imu) and "imus" in sources)
 
 
 def silent(*sources: str) -> Change:
@@ -99,10 +92,7 @@ def stamped(to: Callable[[Any, Window], float], *sources: str) -> Change:
     """Shift the stamps by a time [s]."""
 
     def move(packet: Any, window: Window) -> Packet:
-        moved: Packet = replace(
-            packet, stamp_ns=packet.stamp_ns + round(to(packet, window) * NS_PER_S)
-        )
-        return moved
+        return replace(packet, stamp_ns=packet.stamp_ns + round(to(packet, window) * NS_PER_S))
 
     return each(sources, move)
 
@@ -142,8 +132,7 @@ def frozen(*fields: str) -> Callable[[Any, Window], Packet]:
 
     def repeat(packet: Any, window: Window) -> Packet:
         first = firsts.setdefault((window.begin_s, packet.source), packet)
-        repeated: Packet = replace(packet, **{name: getattr(first, name) for name in fields})
-        return repeated
+        return replace(packet, **{name: getattr(first, name) for name in fields})
 
     return repeat
 

@@ -1,21 +1,18 @@
 """Faults of the graph: nodes that crash or hang, and floods of diagnostics."""
 
-from pose_bench.faults.fault import Change, Fault, Signal, Window
+import numpy as np
+
+from pose_bench.faults.fault import Fault, Signal, Window
 from pose_bench.faults.packets import Note, Packet
 
+FLOOD = 500.0  # [Hz]
 
-def _diagnostics(rate: float) -> Change:
+
+def _flooded(packets: list[Packet], window: Window) -> list[Packet]:
     """A publisher that floods ``/diagnostics``."""
-
-    def flood(packets: list[Packet], window: Window) -> list[Packet]:
-        count = round(rate * (window.end_s - window.begin_s))
-        notes = [
-            Note(at_s=window.begin_s + k / rate, source="diagnostics", stamp_ns=0, values={})
-            for k in range(count)
-        ]
-        return sorted([*packets, *notes], key=lambda one: one.at_s)
-
-    return flood
+    times = np.arange(window.begin_s, window.end_s, 1.0 / FLOOD).tolist()
+    notes = [Note(at_s=at_s, source="diagnostics", stamp_ns=0) for at_s in times]
+    return sorted([*packets, *notes], key=lambda one: one.at_s)
 
 
 FAULTS = (
@@ -26,6 +23,6 @@ FAULTS = (
         "calibration paused",
         signals=(Signal("pause", "calibration"), Signal("resume", "calibration", 4.0)),
     ),
-    Fault("diagnostics flooded", _diagnostics(500.0)),
+    Fault("diagnostics flooded", _flooded),
 )
 """Faults of the graph."""

@@ -65,34 +65,26 @@ def _of(**fields: Any) -> Callable[[Any, Window], Packet]:
     return lambda imu, _window: replace(imu, **fields)
 
 
-def _once(value: float) -> Callable[[Imu, Window], Packet]:
-    """Replaces one sample in ten by an impossible value."""
-
-    def sometimes(imu: Imu, window: Window) -> Packet:
-        if window.rng.random() > 0.1:
-            return imu
-        return replace(imu, rate=np.full(3, value), acceleration=np.full(3, value))
-
-    return sometimes
+def _sometimes(imu: Imu, window: Window) -> Packet:
+    """An impossible value in one sample of ten."""
+    if window.rng.random() > 0.1:
+        return imu
+    return replace(imu, rate=np.full(3, 1e308), acceleration=np.full(3, 1e308))
 
 
-def _denser(times: int) -> Callable[[Any, Window], Sequence[Packet]]:
-    """Multiply the rate, each sample with its own stamp; IMUs are extrapolated by their rate."""
-
-    def more(packet: Any, _window: Window) -> list[Packet]:
-        period_s = (0.01 if isinstance(packet, Imu) else 1.0 / 30.0) / times
-        found = []
-        for later_s in [k * period_s for k in range(times)]:
-            stamp_ns = packet.stamp_ns + round(later_s * NS_PER_S)
-            one = replace(packet, at_s=packet.at_s + later_s, stamp_ns=stamp_ns)
-            if isinstance(packet, Imu):
-                turn = Rotation.from_rotvec(packet.rate * later_s)
-                turned = Rotation.from_quat(packet.orientation) * turn
-                one = replace(one, orientation=turned.as_quat())
-            found.append(one)
-        return found
-
-    return more
+def _denser(packet: Any, _window: Window) -> list[Packet]:
+    """Four times the rate, each sample with its own stamp; IMUs are extrapolated by their rate."""
+    period_s = (0.01 if isinstance(packet, Imu) else 1.0 / 30.0) / 4
+    found = []
+    for later_s in [k * period_s for k in range(4)]:
+        stamp_ns = packet.stamp_ns + round(later_s * NS_PER_S)
+        one = replace(packet, at_s=packet.at_s + later_s, stamp_ns=stamp_ns)
+        if isinstance(packet, Imu):
+            turn = Rotation.from_rotvec(packet.rate * later_s)
+            turned = Rotation.from_quat(packet.orientation) * turn
+            one = replace(one, orientation=turned.as_quat())
+        found.append(one)
+    return found
 
 
 FAULTS = (
@@ -125,10 +117,10 @@ FAULTS = (
     ),
     Fault("one IMU: rates infinite", each(ONE, _of(rate=np.full(3, np.inf))), ONE, NAMED),
     Fault("one IMU: rates 1e30", each(ONE, _of(rate=np.full(3, 1e30))), ONE, NAMED),
-    Fault("one IMU: one sample in ten 1e308", each(ONE, _once(1e308))),
+    Fault("one IMU: one sample in ten 1e308", each(ONE, _sometimes)),
     Fault("one IMU: says no orientation", each(ONE, _of(variances=(-1.0, 0.0, 0.0))), ONE, NAMED),
     Fault("all IMUs: four times the rate", often(4, "imus")),
-    Fault("everything: four times the samples", each(("imus", *CAMERAS), _denser(4))),
+    Fault("everything: four times the samples", each(("imus", *CAMERAS), _denser)),
     Fault("one IMU: 1 kHz of one stamp", often(10, *ONE), said=NAMED),
 )
 """Faults of IMUs."""

@@ -4,15 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_bench.faults.fault import Fault
-from pose_core.api import joint_angles, without_sideways_flexion, wrapped
+from pose_core.api import SkeletonSeries, joint_angles, without_sideways_flexion, wrapped
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import IntArray
 from pose_node.node_status import NodeStatus
-from pose_sim.captured.trackers import at
 
 RECOVERY_S = 5.0  # [s] evaluated after a fault
 MOST_STEP_DEG = 10.0  # [deg] largest step between messages, beyond the truth's own
@@ -27,8 +26,8 @@ BONES = [*LIMB_ENDS.values(), ("torso", "neck"), ("left_hip", "right_hip")]
 class Poses:
     """n messages of one topic."""
 
-    stamps_ns: NDArray[np.int64]  # (n,)
-    arrived_ns: NDArray[np.int64]  # (n,)
+    stamps_ns: IntArray  # (n,)
+    arrived_ns: IntArray  # (n,)
     values: FloatArray  # (n, joints) [rad], or (n, 15, 3) [m]
 
     def between(self, begin_ns: int, end_ns: int) -> "Poses":
@@ -48,20 +47,6 @@ class Heard:
     joints: Poses
     bodies: Poses
     said: Sequence[NodeStatus]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Truth:
-    """The captured person: n instants."""
-
-    stamps_ns: NDArray[np.int64]  # (n,)
-    positions: FloatArray  # (n, 15, 3) [m]
-
-    def at(self, stamps_ns: NDArray[np.int64]) -> FloatArray:
-        """Positions at m instants, (m, 15, 3) [m]; outside, those at the ends."""
-        begin = self.stamps_ns[0]
-        own, asked = (self.stamps_ns - begin) * 1e-9, (stamps_ns - begin) * 1e-9
-        return at(asked, own, self.positions)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +81,9 @@ class FaultResult:
         return tuple(name for name, does in holds.items() if not does)
 
 
-def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: int) -> FaultResult:
+def judge(
+    fault: Fault, heard: Heard, truth: SkeletonSeries, reference: Poses, begin_ns: int
+) -> FaultResult:
     """Evaluate one fault.
 
     Args:
@@ -127,7 +114,7 @@ def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: 
     )
 
 
-def errors_deg(bodies: Poses, truth: Truth) -> FloatArray:
+def errors_deg(bodies: Poses, truth: SkeletonSeries) -> FloatArray:
     """Errors of the twelve angles, (n, 12) [deg]; NaN where they are undefined."""
     if not len(bodies.stamps_ns):
         return np.empty((0, 12))
@@ -137,13 +124,13 @@ def errors_deg(bodies: Poses, truth: Truth) -> FloatArray:
     return np.stack(errors, axis=1)
 
 
-def rmse_deg(bodies: Poses, truth: Truth) -> float:
+def rmse_deg(bodies: Poses, truth: SkeletonSeries) -> float:
     """RMSE over all angles and instants [deg]; NaN if there are none."""
     squares = errors_deg(bodies, truth) ** 2
     return float(np.sqrt(np.nanmean(squares))) if np.isfinite(squares).any() else float("nan")
 
 
-def _step_deg(joints: Poses, truth: Truth) -> float:
+def _step_deg(joints: Poses, truth: SkeletonSeries) -> float:
     """Largest step of an angle [deg] beyond the true rotation of a bone in the same time."""
     if len(joints.stamps_ns) < 2:
         return 0.0
@@ -155,8 +142,7 @@ def _step_deg(joints: Poses, truth: Truth) -> float:
     cosine = np.clip(np.sum(bones[1:] * bones[:-1], axis=2), -1.0, 1.0)
     own = np.degrees(np.arccos(cosine)).max(axis=1)
     near = np.diff(joints.arrived_ns) < GAP_NS
-    beyond = (steps - own)[near]
-    return float(max(beyond.max(initial=0.0), 0.0))
+    return float(np.nanmax((steps - own)[near], initial=0.0))  # NaN where the truth ends
 
 
 def _said(
@@ -172,7 +158,7 @@ def _said(
     return float("nan"), ""
 
 
-def _recovery_s(bodies: Poses, reference: Poses, truth: Truth, end_ns: int) -> float:
+def _recovery_s(bodies: Poses, reference: Poses, truth: SkeletonSeries, end_ns: int) -> float:
     """Time [s] after which the error of each half second is at most twice the undisturbed one."""
     half_ns = NS_PER_S // 2
     recovered = float("inf")

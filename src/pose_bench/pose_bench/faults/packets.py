@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.api import ImuSample, SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import ByteArray
 from pose_sim.captured.session import START_NS, CapturedSession
 
 CAMERA_DELAY_S, IMU_DELAY_S = 0.02, 0.005  # [s] from capture to publication
@@ -24,7 +24,7 @@ class FramePerson:
     id: str
     names: tuple[str, ...]
     positions: FloatArray  # (n, 3) [m]
-    states: NDArray[np.uint8]  # (n,)
+    states: ByteArray  # (n,)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -154,7 +154,7 @@ def _message(packet: Packet) -> tuple[str, Any]:
     if isinstance(packet, Frame):
         return f"/{skeletons_topic(packet.source)}", _frame(packet)
     if isinstance(packet, Imu):
-        return f"/{imu_topic(packet.source.partition('/')[2])}", _imu(packet)
+        return f"/{imu_topic(packet.source.removeprefix('imu/'))}", _imu(packet)
     assert isinstance(packet, Note)
     return NOTES[packet.source](packet)
 

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
@@ -14,6 +13,7 @@ from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_evaluation.limb_attitude import limb_attitude
 from pose_evaluation.offline import MethodSetup, run_methods
 from pose_evaluation.stability import BONES
+from pose_io.arrays import BoolArray, IntArray
 
 CHOREOGRAPHY, LEVEL = "arm_raises", "hard"
 ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
@@ -74,11 +74,11 @@ def _limb_errors(series: SkeletonSeries, session: BenchSession, limb: str) -> li
     ]
 
 
-def _occluded(session: BenchSession, limb: str, stamps_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _occluded(session: BenchSession, limb: str, stamps_ns: IntArray) -> BoolArray:
     """Whether an end of the limb is not TRACKED in the first Kinect's latest frame."""
     frames = [each for each in session.skeletons if each.sensor == "left"]
     ends = [JOINT_INDEX[joint] for joint in BONES[limb]]
     hidden = np.array([(f.tracking_state[ends] != TrackingState.TRACKED).any() for f in frames])
     stamps = np.array([each.stamp_ns for each in frames], np.int64)
     latest = np.clip(np.searchsorted(stamps, stamps_ns, side="right") - 1, 0, None)
-    return np.asarray(hidden[latest])
+    return hidden[latest]

@@ -56,8 +56,7 @@ class PlainView:
 
 def heading_matrix(angle: float) -> FloatArray:
     """Rotation about map's z axis, (3, 3)."""
-    R: FloatArray = Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
-    return R
+    return Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
 
 
 def columns(state: FilterState) -> tuple[int, int]:
@@ -279,5 +278,4 @@ def flexion(R_parent_link: FloatArray, sign: float) -> float:
 
 def quaternion(R: FloatArray) -> FloatArray:
     """(x, y, z, w) with w ≥ 0."""
-    q: FloatArray = Rotation.from_matrix(R).as_quat(canonical=True)
-    return q
+    return Rotation.from_matrix(R).as_quat(canonical=True)

@@ -14,6 +14,7 @@ import numpy as np
 from pose_core.api import BodyModel, BodyShape
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
+from pose_io.export.opensim import MM, trc_of_points
 
 ACCURACY = 1e-5  # [-] of the assembly, as in OpenSim's own tool
 
@@ -39,12 +40,12 @@ class OpenSimIk:
 
         os.environ.update(environment)  # the import changes it, also for child processes
         opensim.Logger.setLevelString("error")
-        self._rate = rate
+        self._times_s = np.round(np.arange(len(positions)) / rate, 6)  # as the file has them
         self._model = _make_model(opensim, model, shape)
         self._state = self._model.initSystem()
         with tempfile.TemporaryDirectory(prefix="pose_bench_opensim_") as folder:
             path = Path(folder) / "markers.trc"
-            path.write_text(_trc(positions, rate))
+            path.write_text(trc_of_points(self._times_s, positions * MM, rate, path.name))
             weights = opensim.SetMarkerWeights()
             for joint in JOINTS:
                 weights.cloneAndAppend(opensim.MarkerWeight(joint, 1.0))
@@ -59,7 +60,7 @@ class OpenSimIk:
 
     def step(self, frame: int) -> None:
         """Solve for a frame."""
-        self._state.setTime(frame / self._rate)
+        self._state.setTime(float(self._times_s[frame]))
         self._solver.track(self._state)
 
     def worst_distance(self) -> float:
@@ -94,21 +95,3 @@ def _make_model(opensim: Any, model: BodyModel, shape: BodyShape) -> Any:
         made.addMarker(opensim.Marker(joint_name, body, place))
     made.finalizeConnections()
     return made
-
-
-def _trc(positions: FloatArray, rate: float) -> str:
-    """Format OpenSim's text file of markers."""
-    frames = len(positions)
-    lines = [
-        "PathFileType\t4\t(X/Y/Z)\tmarkers.trc",
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\t"
-        "OrigNumFrames",
-        f"{rate:g}\t{rate:g}\t{frames}\t{len(JOINTS)}\tm\t{rate:g}\t1\t{frames}",
-        "Frame#\tTime\t" + "\t\t\t".join(JOINTS) + "\t\t",
-        "\t\t" + "\t".join(f"{axis}{i + 1}" for i in range(len(JOINTS)) for axis in "XYZ"),
-        "",
-    ]
-    for row, joints in enumerate(positions):
-        numbers = "\t".join(f"{value:.6f}" for value in joints.ravel())
-        lines.append(f"{row + 1}\t{row / rate!r}\t{numbers}")
-    return "\n".join(lines) + "\n"

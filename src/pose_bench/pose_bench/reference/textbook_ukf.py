@@ -21,7 +21,7 @@ def rodrigues(vector: FloatArray) -> FloatArray:
         return np.eye(3)
     x, y, z = vector / angle
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K)
+    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
 
 
 class TextbookFilter:

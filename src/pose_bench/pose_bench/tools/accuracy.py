@@ -1,23 +1,20 @@
 """``./pose bench accuracy``: estimators on public recordings of real people."""
 
 import argparse
+import sys
 from collections.abc import Sequence
-from dataclasses import fields
-from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.progress import MofNCompleteColumn, TimeRemainingColumn
-
 from pose_bench import kinectmultitrack, uiprmd
 from pose_bench.one_camera import RAW
-from pose_bench.pool import add_jobs_argument, run_all
+from pose_bench.options import add_jobs_argument
+from pose_bench.pool import run_all
 from pose_bench.tables import TextTable
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_evaluation.tables import csv_text
-from pose_node.plain_console import progress_bar
 
 SUMMARY = "how accurate the estimators are on public recordings of real people"
 ESTIMATORS = ("joint_kf", "li2020", "default")
@@ -49,29 +46,26 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("no recordings: expected --uiprmd DIR, --kinectmultitrack DIR or both")
     tables: list[TextTable] = []
     files: dict[str, str] = {}
-    console = Console(stderr=True)
-    with progress_bar(console, MofNCompleteColumn(), TimeRemainingColumn()) as bar:
-        in_jobs = partial(run_all, jobs=arguments.jobs, bar=bar)
-        if arguments.uiprmd is not None:
-            used, left_out = uiprmd.read_repetitions(arguments.uiprmd)
-            for reason, count in left_out.as_dict().items():
-                if count:
-                    text = f"UI-PRMD: {count} repetitions left out, {reason}"
-                    console.print(text, markup=False, soft_wrap=True)
-            subjects = dict.fromkeys(repetition.subject for repetition in used)
-            by_subject = [[r for r in used if r.subject == subject] for subject in subjects]
-            calls = [(own, name) for name in (RAW, *arguments.methods) for own in by_subject]
-            compared = in_jobs(uiprmd.compare_subject, calls, name="UI-PRMD")
-            found = [each for agreements in compared for each in agreements]
-            tables.append(uiprmd.table(found))
-            files["accuracy_uiprmd.csv"] = rows_csv(found)
-        if arguments.kinectmultitrack is not None:
-            recordings = kinectmultitrack.single_person_recordings(arguments.kinectmultitrack)
-            pairs = [(each, fed, tuple(arguments.methods)) for each in recordings for fed in (0, 1)]
-            seen = in_jobs(kinectmultitrack.compare_views, pairs, name="KinectMultiTrack")
-            views = [each for other_views in seen for each in other_views]
-            tables.append(kinectmultitrack.table(views))
-            files["accuracy_kinectmultitrack.csv"] = rows_csv(views)
+    if arguments.uiprmd is not None:
+        used, left_out = uiprmd.read_repetitions(arguments.uiprmd)
+        for reason, count in left_out.as_dict().items():
+            if count:
+                print(f"UI-PRMD: {count} repetitions left out, {reason}", file=sys.stderr)
+        subjects = dict.fromkeys(repetition.subject for repetition in used)
+        by_subject = [[r for r in used if r.subject == subject] for subject in subjects]
+        calls = [(own, name) for name in (RAW, *arguments.methods) for own in by_subject]
+        compared = run_all(uiprmd.compare_subject, calls, jobs=arguments.jobs, name="UI-PRMD")
+        found = list(chain.from_iterable(compared))
+        tables.append(uiprmd.table(found))
+        files["accuracy_uiprmd.csv"] = rows_csv(found)
+    if arguments.kinectmultitrack is not None:
+        recordings = kinectmultitrack.single_person_recordings(arguments.kinectmultitrack)
+        pairs = [(each, fed, tuple(arguments.methods)) for each in recordings for fed in (0, 1)]
+        name = "KinectMultiTrack"
+        seen = run_all(kinectmultitrack.compare_views, pairs, jobs=arguments.jobs, name=name)
+        views = list(chain.from_iterable(seen))
+        tables.append(kinectmultitrack.table(views))
+        files["accuracy_kinectmultitrack.csv"] = rows_csv(views)
     publish(tables, "Accuracy", arguments.output, "accuracy.md", **files)
     if arguments.output is not None:
         print(f"{arguments.output}: {', '.join((*files, 'accuracy.md'))}")
@@ -80,6 +74,5 @@ def run(arguments: argparse.Namespace) -> int:
 
 def rows_csv(rows: Sequence[Any]) -> str:
     """Dataclass values of one kind as CSV, one row each; real people."""
-    names = [each.name for each in fields(rows[0])] if rows else []
-    values = (("real", *(getattr(row, name) for name in names)) for row in rows)
-    return csv_text(("subject_kind", *names), values)
+    names = vars(rows[0]) if rows else ()
+    return csv_text(("subject_kind", *names), (("real", *vars(row).values()) for row in rows))

@@ -42,8 +42,7 @@ def make_parser() -> argparse.ArgumentParser:
 def run(arguments: list[str] | None = None) -> int | None:
     """The tool; returns the exit status."""
     parsed = make_parser().parse_args(arguments)
-    status: int = BENCHMARKS[parsed.benchmark].run(parsed)
-    return status
+    return BENCHMARKS[parsed.benchmark].run(parsed)
 
 
 def main() -> None:

@@ -7,19 +7,18 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, TimeRemainingColumn
 
 from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_session
 from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
-from pose_bench.pool import add_jobs_argument, run_all
+from pose_bench.options import add_jobs_argument, add_motion_argument, add_number
+from pose_bench.pool import run_all
 from pose_bench.tools.showing import publish
 from pose_core.api import PipelineParameters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_core.parameters import specs as parameter_specs
-from pose_node.plain_console import progress_bar
 from pose_sim.captured.imus import ImuModel
 from pose_sim.captured.session import CapturedSpec
 
@@ -31,14 +30,7 @@ BY_SOURCE = ("default", "default+imus")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--motion",
-        type=Path,
-        action="append",
-        metavar="DIR",
-        help="folder of clips (.npz, .bvh), see pose_sim; may be given again (default: the "
-        "bundled ones)",
-    )
+    add_motion_argument(parser)
     parser.add_argument(
         "--tuning",
         action="store_true",
@@ -64,14 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sessions", type=int, metavar="N", help="N of the sessions, evenly spread (default: all)"
     )
-    parser.add_argument(
-        "--disturbance",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="by which the IMUs' headings swing in uneven magnetic fields, standard deviation (0)",
-    )
-    parser.add_argument("--seed", type=int, default=SEED, help="of everything random")
+    swing = "by which the IMUs' headings swing in uneven magnetic fields, standard deviation"
+    add_number(parser, "--disturbance", 0.0, "DEG", swing)
+    add_number(parser, "--seed", SEED, "N", "of everything random")
     add_jobs_argument(parser, MOST_JOBS)
 
 
@@ -82,17 +69,15 @@ def run(arguments: argparse.Namespace) -> int:
     work = run_session
     if arguments.through_bags:
         from pose_bench.tools.captured_bags import through_bags as work  # loads ROS's messages
-    console = Console(stderr=True)
-    with progress_bar(console, MofNCompleteColumn(), TimeRemainingColumn()) as bar:
-        calls = [(spec, methods) for spec in chosen]
-        found = run_all(work, calls, jobs=arguments.jobs, bar=bar, name="sessions")
+    calls = [(spec, methods) for spec in chosen]
+    found = run_all(work, calls, jobs=arguments.jobs, name="sessions")
     scores = [score for each in found for score in each]
     tables = [summary_table(scores, f"Captured people, {len(chosen)} sessions")]
     if not (arguments.imu_sets or arguments.ablation):
         tables.append(source_table(scores, BY_SOURCE))
     rows = {"captured.csv": captured_csv(scores)}
     publish(tables, SUMMARY, arguments.output, "captured.md", **rows)
-    return _report_failures(scores, console)
+    return _report_failures(scores)
 
 
 def chosen_specs(arguments: argparse.Namespace) -> list[CapturedSpec]:
@@ -124,7 +109,8 @@ def chosen_methods(arguments: argparse.Namespace) -> tuple[CapturedMethod, ...]:
     return tuple(m for m in METHODS if m.name in wanted and m.estimator in there)
 
 
-def _report_failures(scores: Sequence[CapturedScore], console: Console) -> int:
+def _report_failures(scores: Sequence[CapturedScore]) -> int:
+    console = Console(stderr=True)
     for score in scores:
         if score.error:
             line = f"failed: {score.method} on {score.source}, {score.session}: {score.error}"

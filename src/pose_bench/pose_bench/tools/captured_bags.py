@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 
 from pose_bench.captured import CapturedMethod, CapturedScore, run_baseline, score_runs
@@ -74,7 +73,5 @@ def write_session(path: Path, session: CapturedSession, *, imus: bool) -> None:
             else:
                 topic = f"/{skeletons_topic(sample.sensor)}"
                 header = make.header(sample.stamp_ns, sensor_frame(sample.sensor))
-                state = np.asarray(sample.tracking_state, np.uint8)
-                skeleton = make.skeleton(header, sample.person, sample.positions, state)
-                message = make.skeletons(header, [skeleton])
+                message = make.frame(header, [sample])
             bag.write(topic, message, arrival_ns)

@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.faults.fault import Fault, Signal, Window
-from pose_bench.faults.judging import RECOVERY_S, FaultResult, Poses, Truth, judge
+from pose_bench.faults.judging import RECOVERY_S, FaultResult, Poses, judge
 from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer, Planned, planned
 from pose_bench.processes import pids_of
 from pose_calibration.files.extrinsics_file import save_extrinsics
-from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
+from pose_core.api import ImuSample, SkeletonSample, SkeletonSeries, extrinsics_from_map
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_evaluation.offline import MethodSetup, run_methods
+from pose_evaluation.offline import MethodSetup, run_methods, tracked_series
 from pose_fusion.launched_graph import launch, up_command
 from pose_node.child_process import stop
 from pose_sim.captured.clip import RATE
@@ -200,29 +200,28 @@ def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[]
     ]
 
 
-def truth_of(person: CapturedSession, start_ns: int) -> Truth:
+def truth_of(person: CapturedSession, start_ns: int) -> SkeletonSeries:
     """The captured joints on the clock of a replay."""
     positions = person.clip.positions
     stamps = start_ns + np.round(np.arange(len(positions)) / RATE * NS_PER_S).astype(np.int64)
-    return Truth(stamps_ns=stamps, positions=positions)
+    return tracked_series(stamps, positions)
 
 
 def _reference(person: CapturedSession, slots: Sequence[Slot], start_ns: int) -> Poses:
     """Bodies fused from the undisturbed samples without the lost sources."""
 
-    def is_left(sample: SkeletonSample | ImuSample) -> bool:
+    def is_lost(sample: SkeletonSample | ImuSample) -> bool:
         at_s = (sample.stamp_ns - START_NS) / NS_PER_S
-        is_camera = isinstance(sample, SkeletonSample)
-        source = sample.sensor if isinstance(sample, SkeletonSample) else f"imu/{sample.segment}"
-        for slot in slots:
-            lost = slot.fault.lost
-            if slot.begin_s <= at_s < slot.end_s and (
-                source in lost or (not is_camera and "imus" in lost)
-            ):
-                return False
-        return True
+        if isinstance(sample, SkeletonSample):
+            names = {sample.sensor}
+        else:
+            names = {f"imu/{sample.segment}", "imus"}
+        return any(
+            slot.begin_s <= at_s < slot.end_s and not names.isdisjoint(slot.fault.lost)
+            for slot in slots
+        )
 
-    samples = [sample for sample in person.samples(imus=True) if is_left(sample)]
+    samples = [sample for sample in person.samples(imus=True) if not is_lost(sample)]
     extrinsics = extrinsics_from_map(person.T_map_sensor)
     series = run_methods(samples, [SETUP], ("left", "right"), extrinsics)["default"].series
     stamps_ns = series.stamps_ns - START_NS + start_ns

@@ -4,6 +4,7 @@ import argparse
 
 from pose_bench.fuzz_targets import targets
 from pose_bench.fuzzing import MOST_GROWN_MB, TargetResult, fuzz
+from pose_bench.options import add_number
 from pose_core.errors import InputError
 
 SUMMARY = "mutated files, messages and byte streams: nothing may crash, hang or eat memory"
@@ -12,8 +13,8 @@ SHARES = {"bag": 0.02, "bag's condition": 0.2}  # of the cases, for targets that
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command line's arguments."""
-    parser.add_argument("--cases", type=int, default=1000, help="inputs of each target (1000)")
-    parser.add_argument("--seed", type=int, default=0, help="another seed: other inputs (0)")
+    add_number(parser, "--cases", 1000, "N", "inputs of each target")
+    add_number(parser, "--seed", 0, "N", "another seed: other inputs")
     parser.add_argument("--only", metavar="NAME", default="", help="targets whose name contains it")
 
 

@@ -10,6 +10,7 @@ from statistics import median
 import numpy as np
 from rich.console import Console
 
+from pose_bench.options import add_number
 from pose_bench.processes import latency_probe
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.speed import (
@@ -90,20 +91,9 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--live-duration",
-        type=float,
-        default=LIVE_S,
-        metavar="S",
-        help=f"of the live session [s] ({LIVE_S:g})",
-    )
-    parser.add_argument(
-        "--fuse-duration",
-        type=float,
-        default=FUSED_S,
-        metavar="S",
-        help=f"of the bag that is fused: the live session's, repeated [s] ({FUSED_S:g})",
-    )
+    add_number(parser, "--live-duration", LIVE_S, "S", "of the live session [s]")
+    what = "of the bag that is fused: the live session's, repeated [s]"
+    add_number(parser, "--fuse-duration", FUSED_S, "S", what)
 
 
 def run(arguments: argparse.Namespace) -> int:

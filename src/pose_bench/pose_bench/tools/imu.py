@@ -39,8 +39,6 @@ SYNTHETIC_NOTE = (
     "magnetic field is disturbed at each node by 3 uT (typical) or 7.5 uT (hard) per axis, and "
     "by a slow change."
 )
-DURATION_S = 60.0
-SEED = 101
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -85,9 +83,7 @@ def _synthetic(progress: Progress) -> list[TextTable]:
     for choreography, level in SYNTHETIC:
         row = []
         for variant in VARIANTS:
-            row.append(
-                synthetic_errors(choreography, level, variant, seed=SEED, duration_s=DURATION_S)
-            )
+            row.append(synthetic_errors(choreography, level, variant))
             progress.advance(task)
         rows[f"{choreography}, {level}"] = row
     return _tables("Synthetic subject", rows, SYNTHETIC_NOTE)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from pose_bench.options import add_number
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.live_graph import LiveResult, run_live
@@ -17,9 +18,7 @@ SUMMARY = "the whole graph in real processes: latency, load, memory, missing joi
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--duration", type=float, default=60.0, metavar="S", help="of the session [s] (60)"
-    )
+    add_number(parser, "--duration", 60.0, "S", "of the session [s]")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -60,9 +59,7 @@ def _cost_table(result: LiveResult) -> TextTable:
         header=["", "load [cores]", "memory [MB]"],
         note="Memory: what a process has for itself, and its share of what several use.",
     )
-    for name in sorted(result.load):
-        row = [name, number(result.load[name], 2), number(result.memory_mb[name], 0)]
-        table.rows.append(row)
-    load, memory_mb = sum(result.load.values()), sum(result.memory_mb.values())
-    table.rows.append(["all", number(load, 2), number(memory_mb, 0)])
+    rows = [(name, result.load[name], result.memory_mb[name]) for name in sorted(result.load)]
+    rows.append(("all", sum(result.load.values()), sum(result.memory_mb.values())))
+    table.rows += [(name, number(load, 2), number(size, 0)) for name, load, size in rows]
     return table

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.nodes.fault_player import FaultPlayer, Planned
+from pose_bench.options import add_number
 from pose_bench.processes import Usages, latency_probe, usages
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
@@ -51,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scene", nargs="+", choices=list(SCENES), default=list(SCENES), help="(all)"
     )
-    parser.add_argument("--loops", type=int, default=1, help="of the 64 s of each scene (1)")
+    add_number(parser, "--loops", 1, "N", "of the 64 s of each scene")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -162,6 +163,6 @@ def _memory(results: list[LoadResult]) -> TextTable:
     )
     for one in results:
         for process, sizes in sorted(one.memory_mb.items()):
-            shown = [sizes[0], sizes[len(sizes) // 2], sizes[-1]]
-            table.rows.append([f"{one.scene}: {process}", *(number(size, 1) for size in shown)])
+            shown = (number(sizes[at], 1) for at in (0, len(sizes) // 2, -1))
+            table.rows.append([f"{one.scene}: {process}", *shown])
     return table

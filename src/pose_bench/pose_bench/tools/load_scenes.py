@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from pose_bench.faults.judging import Poses, Truth, rmse_deg
+from pose_bench.faults.judging import Poses, rmse_deg
 from pose_bench.faults.packets import Packet, packet_of, packets_of
 from pose_bench.tools.fault_sessions import SESSION_S, captured_person, truth_of
-from pose_core.api import SEGMENTS
+from pose_core.api import SEGMENTS, SkeletonSeries
 from pose_core.arrays import FloatArray
 from pose_sim.captured.clips import bundled_clips
 from pose_sim.captured.crowd import CrowdSpec, make_crowd
@@ -24,7 +24,7 @@ class LoadScene:
     T_map_sensor: Mapping[str, FloatArray]  # (4, 4)
     packets: Sequence[Packet]
     max_people: int = 1
-    truth: Truth | None = None  # of the subject
+    truth: SkeletonSeries | None = None  # of the subject
 
     def rmse_deg(self, bodies: Poses, begin_ns: int) -> float:
         """RMSE of the subject's twelve angles [deg] in a replay from ``begin_ns``; or NaN."""

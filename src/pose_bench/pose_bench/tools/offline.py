@@ -40,19 +40,19 @@ def repeat(bag: BagReader, path: Path, times: int, *, imus: bool = True) -> floa
         imus: Whether to include the IMUs.
     """
     topics = [*sensor_topics(bag).values(), *(imu_topics(bag).values() if imus else ())]
-    messages = [entry for batch in bag.batches(topics) for entry in batch]
-    first_ns, last_ns = messages[0][1], messages[-1][1]
-    period_ns = last_ns - first_ns + PAUSE_NS
+    messages = list(bag.messages(topics))
+    first_ns = messages[0].stamp_ns
+    period_ns = messages[-1].stamp_ns - first_ns + PAUSE_NS
     with BagWriter(path) as writer:
         writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
         for message in list(bag.messages([TF_STATIC]))[-1:]:
             writer.write_serialized(message.topic, message.msgtype, message.data, first_ns)
         for turn in range(times):
             shift_ns = turn * period_ns
-            for connection, stamp_ns, data in messages:
-                shifted = shifted_by(data, shift_ns)
+            for message in messages:
+                data = shifted_by(message.data, shift_ns)
                 writer.write_serialized(
-                    connection.topic, connection.msgtype, shifted, stamp_ns + shift_ns
+                    message.topic, message.msgtype, data, message.stamp_ns + shift_ns
                 )
     return times * period_ns / NS_PER_S
 

@@ -3,13 +3,14 @@
 import argparse
 import time
 from collections.abc import Sequence
-from functools import reduce
+from functools import partial, reduce
 from operator import add
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 
+from pose_bench.options import add_motion_argument, add_number
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.api import PeopleTracker
@@ -69,19 +70,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--people", type=int, nargs="+", default=[1, 2, 3, 4, 6], metavar="N", help="(1 2 3 4 6)"
     )
-    parser.add_argument("--scenes", type=int, default=4, metavar="N", help="of each kind (4)")
-    parser.add_argument(
-        "--duration", type=float, default=60.0, metavar="S", help="of each scene [s] (60)"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of the first scene (0)")
-    parser.add_argument(
-        "--motion",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="folder of clips (.npz, .bvh); may be given again (default: the bundled ones)",
-    )
+    add_number(parser, "--scenes", 4, "N", "of each kind")
+    add_number(parser, "--duration", 60.0, "S", "of each scene [s]")
+    add_number(parser, "--seed", 0, "N", "of the first scene")
+    add_motion_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -100,18 +92,9 @@ def run(arguments: argparse.Namespace) -> int:
     for count in arguments.people:
         for leaves in (False, True):
             with Console(stderr=True).status(f"{count} people"):
-                scores = [
-                    score_scene(
-                        make_scene(
-                            count,
-                            arguments.seed + scene,
-                            arguments.duration,
-                            leaves=leaves,
-                            folders=arguments.motion,
-                        )
-                    )
-                    for scene in range(arguments.scenes)
-                ]
+                seeds = range(arguments.seed, arguments.seed + arguments.scenes)
+                made = partial(make_scene, leaves=leaves, folders=arguments.motion)
+                scores = [score_scene(made(count, seed, arguments.duration)) for seed in seeds]
             one = reduce(add, (identity for identity, _ in scores))
             table.rows.append(
                 [

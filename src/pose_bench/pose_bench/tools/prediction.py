@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from rich.console import Console
 
+from pose_bench.options import add_number
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
@@ -22,7 +23,6 @@ from pose_core.api import (
     angle_series,
     wrapped,
 )
-from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_evaluation.offline import tracked_series
 
@@ -89,7 +89,7 @@ def _asked(
 
 
 def _stddev_deg(poses: list[BodyEstimate]) -> float:
-    stddev: FloatArray = np.array([pose.position_stddev[6:] for pose in poses])
+    stddev = np.array([pose.position_stddev[6:] for pose in poses])
     return float(np.degrees(np.nanmedian(stddev)))
 
 
@@ -102,9 +102,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="motions of the synthetic subject (default: leg_lift_march kicks dance)",
     )
-    parser.add_argument(
-        "--duration", type=float, default=30.0, metavar="S", help="of each session [s] (30)"
-    )
+    add_number(parser, "--duration", 30.0, "S", "of each session [s]")
 
 
 def run(arguments: argparse.Namespace) -> int:

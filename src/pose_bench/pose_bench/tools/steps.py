@@ -2,6 +2,7 @@
 
 import argparse
 
+from pose_bench.options import add_number
 from pose_bench.random_steps import Checks, random_steps
 
 MOST_ASYMMETRY = 1e-12  # [-] of the correlations
@@ -10,8 +11,8 @@ SUMMARY = "random steps of the default filter: the covariance stays symmetric, p
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("--count", type=int, default=1_000_000, help="of steps (1000000)")
-    parser.add_argument("--seed", type=int, default=0, help="another seed: other steps (0)")
+    add_number(parser, "--count", 1_000_000, "N", "of steps")
+    add_number(parser, "--seed", 0, "N", "another seed: other steps")
 
 
 def run(arguments: argparse.Namespace) -> int:

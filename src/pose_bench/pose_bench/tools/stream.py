@@ -11,6 +11,7 @@ from rich.console import Console
 from pose_bench.captured import true_extrinsics
 from pose_bench.captured_suite import captured_specs
 from pose_bench.one_camera import CAMERA, LEVEL_MOUNTING, view_of_stream
+from pose_bench.options import add_motion_argument, add_number
 from pose_bench.tables import UNKNOWN, TextTable, number
 from pose_bench.tools.showing import publish
 from pose_calibration.session_calibration import calibrate
@@ -100,9 +101,7 @@ def _limits(bag: BagReader, topic: str) -> dict[str, tuple[float, float]]:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--motion", type=Path, action="append", metavar="DIR", help="folder of clips, see pose_sim"
-    )
+    add_motion_argument(parser)
     parser.add_argument(
         "--recording",
         type=Path,
@@ -119,11 +118,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="BAG",
         help="a bag that was recorded live; its joint_states are judged as they were heard",
     )
-    parser.add_argument("--sessions", type=int, default=4, help="captured ones of each folder (4)")
-    parser.add_argument(
-        "--output-rate", type=float, default=100.0, metavar="HZ", help="of the joint states (100)"
-    )
-    parser.add_argument("--seed", type=int, default=SEED, help="of everything random")
+    add_number(parser, "--sessions", 4, "N", "captured ones of each folder")
+    add_number(parser, "--output-rate", 100.0, "HZ", "of the joint states")
+    add_number(parser, "--seed", SEED, "N", "of everything random")
 
 
 def run(arguments: argparse.Namespace) -> int:

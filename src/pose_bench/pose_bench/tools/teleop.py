@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from pose_bench.options import add_number
 from pose_bench.processes import generate_session, pids_of, sleep_until
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number, percent
@@ -34,9 +35,7 @@ ROUNDS = 3  # repetitions of the clips
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--duration", type=float, default=80.0, metavar="S", help="of each session [s] (80)"
-    )
+    add_number(parser, "--duration", 80.0, "S", "of each session [s]")
     parser.add_argument(
         "--only", choices=("synthetic", "captured"), help="one kind of people instead of both"
     )

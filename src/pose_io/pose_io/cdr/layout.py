@@ -1,4 +1,4 @@
-"""Offsets of the numbers in a serialised message, found in one pass over its bytes.
+"""Offsets of the numbers in a serialised message of skeletons, found in one pass over its bytes.
 
 CDR (OMG DDSI-RTPS, plain encoding): four bytes of encapsulation, the second gives the byte order;
 then every number is aligned to its size, counted from there. A string or a sequence begins with
@@ -11,6 +11,7 @@ import numpy as np
 
 from pose_core.errors import InputError
 from pose_io.cdr.kernels import HEADER_SIZE
+from pose_io.names import SKELETON_ARRAY
 
 
 class Walker:
@@ -18,17 +19,17 @@ class Walker:
 
     Args:
         data: The message's bytes.
-        what: The message's type, for errors.
 
     Raises:
         InputError: If there are too few bytes for any message.
     """
 
-    def __init__(self, data: bytes, what: str) -> None:
+    def __init__(self, data: bytes) -> None:
         if len(data) < HEADER_SIZE:
-            raise InputError(f"a {what} has {len(data)} bytes: expected a serialised message")
+            raise InputError(
+                f"a {SKELETON_ARRAY} has {len(data)} bytes: expected a serialised message"
+            )
         self._body = memoryview(data)[HEADER_SIZE:]
-        self._what = what
         self.order = "<" if data[1] & 1 else ">"
         self._length = Struct(f"{self.order}I")
         self.at = 0
@@ -44,7 +45,7 @@ class Walker:
         self.at = start + size * count
         if self.at > len(self._body):
             raise InputError(
-                f"a {self._what} ends after {len(self._body)} bytes: expected {self.at} or more"
+                f"a {SKELETON_ARRAY} ends after {len(self._body)} bytes: expected {self.at} or more"
             )
         return start
 
@@ -68,5 +69,5 @@ class Walker:
             return bytes(self._body[start : self.at]).rstrip(b"\0").decode()
         except UnicodeDecodeError as error:
             raise InputError(
-                f"a {self._what} contains a string that is not UTF-8: {error}"
+                f"a {SKELETON_ARRAY} contains a string that is not UTF-8: {error}"
             ) from error

@@ -14,6 +14,7 @@ from rosbags.typesys.store import Typestore
 
 from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import type_specialised
+from pose_io.arrays import BoolArray, ByteArray, IntArray
 from pose_io.cdr.kernels import HEADER_SIZE, NumberPlaces, fill_rows
 
 MARGIN = 4  # [bytes] before the encapsulation
@@ -59,7 +60,7 @@ class MessageTemplate:
             }
         )
 
-    def change_only(self, float64: NDArray[np.bool_], float32: NDArray[np.bool_]) -> None:
+    def change_only(self, float64: BoolArray, float32: BoolArray) -> None:
         """Select the numbers that :meth:`fill` replaces, masks of shapes (k,) and (l,)."""
         places = self._places
         self._places = places._replace(
@@ -69,20 +70,20 @@ class MessageTemplate:
     @property
     def float64(self) -> FloatArray:
         """The message's float64 numbers, in the order of its fields."""
-        return np.asarray(self._row.view("<f8")[self._places.float64])
+        return self._row.view("<f8")[self._places.float64]
 
     @property
     def float32(self) -> NDArray[np.float32]:
         """The message's float32 numbers, in the order of its fields."""
-        return np.asarray(self._row.view("<f4")[self._places.float32])
+        return self._row.view("<f4")[self._places.float32]
 
     def fill(
         self,
-        stamps_ns: NDArray[np.int64],
+        stamps_ns: IntArray,
         float64: FloatArray,
         float32: NDArray[np.float32] | None = None,
-        uint8: NDArray[np.uint8] | None = None,
-    ) -> NDArray[np.uint8]:
+        uint8: ByteArray | None = None,
+    ) -> ByteArray:
         """The bytes of n messages with other numbers, shape (n, bytes).
 
         Args:

@@ -9,13 +9,13 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.compiling import type_specialised
+from pose_io.arrays import ByteArray, IntArray
 from pose_io.cdr.kernels import (
     HEADER_SIZE,
     LONGEST_RANGE,
@@ -42,8 +42,8 @@ _have_form, _read_person = type_specialised(have_form), type_specialised(read_pe
 @dataclass(frozen=True, kw_only=True)
 class _Form:
     is_little: bool
-    fixed: NDArray[np.int64]  # offsets of the constant bytes
-    texts: NDArray[np.uint8]  # those bytes
+    fixed: IntArray  # offsets of the constant bytes
+    texts: ByteArray  # those bytes
     persons: tuple[tuple[str, PersonPlaces], ...]  # by their ids
     fault: str  # what is wrong with its names; empty if nothing is
 
@@ -122,7 +122,7 @@ class SkeletonReader:
 
 
 def _form_of(data: bytes, sensor: str) -> _Form:
-    walker = Walker(data, SKELETON_ARRAY)
+    walker = Walker(data)
     walker.skip(4, 2)
     frame = walker.string()
     seen: set[str] = set()
@@ -179,7 +179,7 @@ def _person(walker: Walker, seen: set[str]) -> tuple[str, PersonPlaces]:
 
 def mapped_joints(
     person: str, names: Sequence[str], positions: int, states: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[IntArray, IntArray]:
     """Indices of a skeleton's joints that are mapped, and of each among the 15, both (m,).
 
     Args:
@@ -208,9 +208,7 @@ def unknown_state(person: str, state: int) -> InputError:
     )
 
 
-def _persons(
-    form: _Form, rows: NDArray[np.uint8], sensor: str
-) -> tuple[list[Persons | InputError], bool]:
+def _persons(form: _Form, rows: ByteArray, sensor: str) -> tuple[list[Persons | InputError], bool]:
     """The persons of messages of one form; whether any joint has a position, if any is tracked."""
     result: list[Persons | InputError] = [[] for _ in rows]
     is_tracked = is_placed = False
@@ -239,8 +237,8 @@ def _persons(
 
 
 def read_joints(
-    rows: NDArray[np.uint8], places: PersonPlaces, is_little: bool
-) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.uint8], NDArray[np.uint8]]:
+    rows: ByteArray, places: PersonPlaces, is_little: bool
+) -> tuple[IntArray, FloatArray, ByteArray, ByteArray]:
     """One person's joints in messages of one form.
 
     Args:

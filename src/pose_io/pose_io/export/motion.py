@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from pose_core.api import (
@@ -25,6 +24,7 @@ from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S, nanoseconds
+from pose_io.arrays import BoolArray
 from pose_io.bags import BagReader
 from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
@@ -44,7 +44,7 @@ class BodyMotion:
     dof: FloatArray  # (n, d) [m] or [rad], the root's rotation as vector of R_map_body
     stddev: FloatArray  # (n, d) [m] or [rad]
     joints: FloatArray  # (n, 15, 3) [m] in map; NaN where unknown
-    is_gap: NDArray[np.bool_]  # (n,) whether dof is interpolated across a long gap
+    is_gap: BoolArray  # (n,) whether dof is interpolated across a long gap
     offsets: FloatArray  # (15, 3) [m] each joint in the axes of the link it is fixed in
 
     def __len__(self) -> int:
@@ -53,7 +53,7 @@ class BodyMotion:
     @property
     def times_s(self) -> FloatArray:
         """Time since the first instant [s], shape (n,)."""
-        return np.asarray((self.stamps_ns - self.stamps_ns[0]) * 1e-9)
+        return (self.stamps_ns - self.stamps_ns[0]) * 1e-9
 
     @cached_property
     def pose(self) -> BodyPose:
@@ -91,7 +91,7 @@ class BodyMotion:
         count = int((self.stamps_ns[-1] - self.stamps_ns[0]) / step_ns + 1e-6) + 1
         stamps_ns = self.stamps_ns[0] + np.round(np.arange(count) * step_ns).astype(np.int64)
         stamps_ns = self._snapped(np.minimum(stamps_ns, self.stamps_ns[-1]))
-        old, new = self.times_s, np.asarray((stamps_ns - self.stamps_ns[0]) * 1e-9)
+        old, new = self.times_s, (stamps_ns - self.stamps_ns[0]) * 1e-9
         dof, stddev = (
             np.stack([np.interp(new, old, column) for column in columns.T], axis=1)
             for columns in (self.dof, self.stddev)

@@ -103,8 +103,13 @@ def trc_text(motion: BodyMotion, rate: float, name: str) -> str:
         rate: The rate [Hz].
         name: The file's name, which the format's header contains.
     """
-    count = len(motion)
-    points = motion.joints @ R_opensim_map.T * MM
+    points_mm = motion.joints @ R_opensim_map.T * MM
+    return trc_of_points(motion.times_s, points_mm, rate, name)
+
+
+def trc_of_points(times_s: FloatArray, points_mm: FloatArray, rate: float, name: str) -> str:
+    """The 15 joints at n instants [s] as markers, (n, 15, 3) [mm]; NaN is left empty."""
+    count = len(times_s)
     axes = [f"{axis}{index}" for index in range(1, len(JOINTS) + 1) for axis in "XYZ"]
     keys = "DataRate CameraRate NumFrames NumMarkers Units OrigDataRate OrigDataStartFrame"
     values = [f"{rate:g}", f"{rate:g}", count, len(JOINTS), "mm", f"{rate:g}", 1, count]
@@ -116,7 +121,7 @@ def trc_text(motion: BodyMotion, rate: float, name: str) -> str:
         "\t".join(["", "", *axes]),
         "",
     ]
-    rows = zip(motion.times_s, points.reshape(count, -1), strict=True)
+    rows = zip(times_s, points_mm.reshape(count, -1), strict=True)
     for number, (time_s, row) in enumerate(rows, start=1):
         cells = ("" if np.isnan(value) else f"{value:.4f}" for value in row)
         # OpenSim ignores an empty last cell unless the row ends with a tab.
@@ -133,18 +138,11 @@ def mot_text(motion: BodyMotion, model: OpenSimModel, name: str) -> str:
         name: The motion's name in OpenSim.
     """
     columns = {"time": motion.times_s, **coordinates(motion, model)}
-    header = [
-        name,
-        "version=1",
-        f"nRows={len(motion)}",
-        f"nColumns={len(columns)}",
-        "inDegrees=yes",
-        "endheader",
-        "\t".join(columns),
-    ]
+    size = f"nRows={len(motion)}\nnColumns={len(columns)}"
+    header = f"{name}\nversion=1\n{size}\ninDegrees=yes\nendheader"
     rows = zip(*columns.values(), strict=True)
     lines = ["\t".join(f"{value:.6f}" for value in row) for row in rows]
-    return "\n".join([*header, *lines]) + "\n"
+    return "\n".join([header, "\t".join(columns), *lines]) + "\n"
 
 
 def _mot(motion: BodyMotion, options: ExportOptions) -> bytes:

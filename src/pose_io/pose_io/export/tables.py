@@ -74,13 +74,8 @@ def json_lines_text(motion: BodyMotion) -> str:
             name: {"position": positions[index], "quaternion": quaternions[index]}
             for name, (positions, quaternions) in poses.items()
         }
-        line = {
-            "stamp_ns": stamp,
-            "frame_id": WORLD_FRAME,
-            "body": motion.body,
-            "segments": segments,
-        }
-        lines.append(json.dumps(line))
+        line = {"stamp_ns": stamp, "frame_id": WORLD_FRAME, "body": motion.body}
+        lines.append(json.dumps({**line, "segments": segments}))
     return "\n".join(lines) + "\n"
 
 

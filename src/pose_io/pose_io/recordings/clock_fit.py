@@ -24,7 +24,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.lower_line import line_below
-from pose_io.recordings.recording import StampArray
+from pose_io.arrays import IntArray
 
 MAX_DRIFT = 200e-6  # [-] two crystals of 100 ppm with opposite errors
 JUMP_NS = 5_000_000_000  # [ns] queues of 2 s occur in real recordings
@@ -37,9 +37,9 @@ MAX_OUTLIERS = 0.05  # [-] share of an epoch's frames
 class ClockFit:
     """Capture stamps on the host's clock, with the parameters of the fit."""
 
-    capture_ns: StampArray  # (m,) [ns] on the host's clock
-    delay_ns: StampArray  # (m,) [ns] d of (1); negative for outliers alone
-    epoch: StampArray  # (m,) the epoch of each frame, in order of appearance from 0
+    capture_ns: IntArray  # (m,) [ns] on the host's clock
+    delay_ns: IntArray  # (m,) [ns] d of (1); negative for outliers alone
+    epoch: IntArray  # (m,) the epoch of each frame, in order of appearance from 0
     drift: FloatArray  # (epochs,) [-] k of (1)
     outliers: int  # frames that arrived before the line, left out of (2)
 
@@ -57,7 +57,7 @@ class ClockFit:
         }
 
 
-def fit_clock(sensor_ns: StampArray, host_ns: StampArray) -> ClockFit:
+def fit_clock(sensor_ns: IntArray, host_ns: IntArray) -> ClockFit:
     """Map a sensor's clock onto the host's.
 
     Args:
@@ -85,7 +85,7 @@ def fit_clock(sensor_ns: StampArray, host_ns: StampArray) -> ClockFit:
     )
 
 
-def _epochs(offset_ns: StampArray) -> StampArray:
+def _epochs(offset_ns: IntArray) -> IntArray:
     """Number the epochs; an epoch interrupted by a glitch continues after it."""
     epoch = np.empty(len(offset_ns), dtype=np.int64)
     latest: list[int] = []  # each epoch's last offset
@@ -101,7 +101,7 @@ def _epochs(offset_ns: StampArray) -> StampArray:
     return epoch
 
 
-def _fit_line(since_ns: StampArray, offset_ns: StampArray) -> tuple[StampArray, float, int]:
+def _fit_line(since_ns: IntArray, offset_ns: IntArray) -> tuple[IntArray, float, int]:
     """Solve (2) for one epoch, leaving out frames that lie alone below all others.
 
     Returns:

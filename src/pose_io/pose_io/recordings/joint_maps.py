@@ -26,12 +26,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
+from pose_io.arrays import BoolArray, ByteArray, IntArray
 
-StateArray = NDArray[np.uint8]
+StateArray = ByteArray  # the name that kinect_bridge uses
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,8 +54,8 @@ class JointMap:
     confidence: ConfidenceLevels | None = None  # None: every joint with a position is tracked
 
     def convert(
-        self, positions: FloatArray, tracking_state: StateArray
-    ) -> tuple[FloatArray, StateArray]:
+        self, positions: FloatArray, tracking_state: ByteArray
+    ) -> tuple[FloatArray, ByteArray]:
         """Map a source's joints to the 15, in the optical frame.
 
         Args:
@@ -75,7 +75,7 @@ class JointMap:
         state[..., ~is_mapped] = TrackingState.NOT_TRACKED
         return self.unit_m * mean @ self.R_optical_sdk.T, state
 
-    def states(self, confidence: FloatArray | None) -> StateArray:
+    def states(self, confidence: FloatArray | None) -> ByteArray:
         """Tracking states from confidences.
 
         Args:
@@ -99,7 +99,7 @@ class JointMap:
         return {name: i for i, name in enumerate(self.joints)}
 
     @cached_property
-    def _gathering(self) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
+    def _gathering(self) -> tuple[IntArray, FloatArray, BoolArray]:
         """Indices and weights of the means, both (15, k), and a mask of the mapped joints (15,)."""
         width = max(len(names) for names in self.sources.values())
         index = np.zeros((len(JOINTS), width), dtype=np.int64)
@@ -112,7 +112,7 @@ class JointMap:
         return index, weight, np.array([joint in self.sources for joint in JOINTS])
 
 
-def mark_missing(positions: FloatArray, tracking_state: StateArray) -> None:
+def mark_missing(positions: FloatArray, tracking_state: ByteArray) -> None:
     """Set, in place, joints without a position or state to NaN and NOT_TRACKED.
 
     Args:

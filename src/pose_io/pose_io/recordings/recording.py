@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, TrackingState
-from pose_io.recordings.joint_maps import StateArray, mark_missing
+from pose_io.arrays import ByteArray, IntArray
+from pose_io.recordings.joint_maps import mark_missing
 
-StampArray = NDArray[np.int64]
+StampArray = IntArray  # the name that kinect_bridge uses
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,12 +23,12 @@ class SensorStream:
     """One sensor's data: m frames, r rows; a row is one person in one frame."""
 
     name: str
-    host_time_ns: StampArray  # (m,) [ns] arrival on the host's clock
-    sensor_time_ns: StampArray | None  # (m,) [ns] capture on the sensor's own clock, if recorded
-    row_start: NDArray[np.int64]  # (m + 1,) frame i has the rows row_start[i]:row_start[i + 1]
+    host_time_ns: IntArray  # (m,) [ns] arrival on the host's clock
+    sensor_time_ns: IntArray | None  # (m,) [ns] capture on the sensor's own clock, if recorded
+    row_start: IntArray  # (m + 1,) frame i has the rows row_start[i]:row_start[i + 1]
     person: tuple[str, ...]  # r ids
     positions: FloatArray  # (r, 15, 3) [m] in the sensor's optical frame; NaN where not tracked
-    tracking_state: StateArray  # (r, 15), values of TrackingState
+    tracking_state: ByteArray  # (r, 15), values of TrackingState
     rows_repeated: int = 0  # rows left out: the same person twice in one frame
 
     def __len__(self) -> int:
@@ -82,11 +82,11 @@ class Recording:
 def make_stream(
     name: str,
     *,
-    host_time_ns: Sequence[int] | StampArray,
-    sensor_time_ns: Sequence[int] | StampArray | None,
+    host_time_ns: Sequence[int] | IntArray,
+    sensor_time_ns: Sequence[int] | IntArray | None,
     person: Sequence[str],
     positions: FloatArray,
-    tracking_state: StateArray,
+    tracking_state: ByteArray,
 ) -> SensorStream:
     """Group rows, one per person, into frames.
 

@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.counters import Counters
+from pose_io.arrays import BoolArray, IntArray
 from pose_io.recordings.clock_fit import ClockFit, fit_clock
-from pose_io.recordings.recording import SensorStream, StampArray
+from pose_io.recordings.recording import SensorStream
 
 SENSOR, HOST = "sensor", "host"
 CLOCKS = (SENSOR, HOST)
@@ -23,8 +23,8 @@ CLOCKS = (SENSOR, HOST)
 class StreamTimeline:
     """The usable frames of a stream and their capture stamps."""
 
-    frame: StampArray  # (k,) indices into the stream, in order of time
-    time_ns: StampArray  # (k,) [ns] capture on the host's clock, strictly increasing
+    frame: IntArray  # (k,) indices into the stream, in order of time
+    time_ns: IntArray  # (k,) [ns] capture on the host's clock, strictly increasing
     counts: Mapping[str, int]  # frames left out or moved, by reason
     fit: ClockFit | None  # of the sensor's clock, if it was used
 
@@ -56,11 +56,10 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> StreamTimeline:
         fit = fit_clock(stream.sensor_time_ns, stream.host_time_ns)
         order = _without_repeated(fit.epoch, stream.sensor_time_ns)
         counts.add("frames_repeated", len(stream) - len(order))
-        is_late = _is_late(order, fit.epoch, stream.sensor_time_ns)
+        is_late, in_order = _sorted_in_epochs(order, fit.epoch, stream.sensor_time_ns)
         if clock == SENSOR:
-            time_ns = fit.capture_ns
+            time_ns, order = fit.capture_ns, in_order
             counts.add("frames_reordered", int(is_late.sum()))
-            order = _sorted_in_epochs(order, fit.epoch, stream.sensor_time_ns)
         else:
             counts.add("frames_out_of_order", int(is_late.sum()))
             order, fit = order[~is_late], None
@@ -72,33 +71,30 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> StreamTimeline:
     return StreamTimeline(frame=kept, time_ns=time_ns[kept], counts=counts.as_dict(), fit=fit)
 
 
-def _without_repeated(epoch: StampArray, sensor_ns: StampArray) -> StampArray:
+def _without_repeated(epoch: IntArray, sensor_ns: IntArray) -> IntArray:
     """Indices of the first occurrence of each sensor frame, in order of arrival."""
     _, first = np.unique(np.column_stack([epoch, sensor_ns]), axis=0, return_index=True)
     return np.sort(first)
 
 
-def _is_late(order: StampArray, epoch: StampArray, sensor_ns: StampArray) -> NDArray[np.bool_]:
-    """Whether a later frame of the same epoch arrived before this one."""
-    late = np.zeros(len(order), dtype=bool)
-    for number in np.unique(epoch):
-        members = np.flatnonzero(epoch[order] == number)
-        times = sensor_ns[order[members]]
-        late[members] = times < np.maximum.accumulate(times)
-    return late
+def _sorted_in_epochs(
+    order: IntArray, epoch: IntArray, sensor_ns: IntArray
+) -> tuple[BoolArray, IntArray]:
+    """Sort each epoch's frames by the sensor's clock, within the epoch's positions.
 
-
-def _sorted_in_epochs(order: StampArray, epoch: StampArray, sensor_ns: StampArray) -> StampArray:
-    """Sort each epoch's frames by the sensor's clock, within the epoch's positions."""
-    result = order.copy()
+    Returns:
+        Whether a later frame of the same epoch arrived before each one; and the sorted frames.
+    """
+    is_late, in_order = np.zeros(len(order), dtype=bool), order.copy()
     for number in np.unique(epoch):
         places = np.flatnonzero(epoch[order] == number)
-        members = order[places]
-        result[places] = members[np.argsort(sensor_ns[members])]
-    return result
+        times = sensor_ns[order[places]]
+        is_late[places] = times < np.maximum.accumulate(times)
+        in_order[places] = order[places][np.argsort(times)]
+    return is_late, in_order
 
 
-def _longest_increasing(values: StampArray) -> StampArray:
+def _longest_increasing(values: IntArray) -> IntArray:
     """Indices of the longest strictly increasing subsequence.
 
     Keeps the largest number of frames: a single stamp far ahead does not exclude those after it.

@@ -14,12 +14,13 @@ import numpy as np
 from pose_core.api import SkeletonSeries
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
-from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
+from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 
 KNEE_OFFSET_M = 0.0595  # [m] half of a knee 105 mm wide, and a marker of 14 mm
 ANKLE_OFFSET_M = 0.043  # [m] half of an ankle 72 mm wide, and a marker of 14 mm
 METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "meters": 1.0, "millimeters": 0.001}
 
+SIGNS = {"left": 1.0, "right": -1.0}  # along the lateral axis
 MEDIAL = {"knee": ("{s}knm", "{s}mkne", "{s}knem"), "ankle": ("{s}mma", "{s}mank", "{s}ankm")}
 CENTRE_LABELS: dict[str, tuple[str, ...]] = {
     "shoulder": ("{side}shoulder", "{s}shoulder", "{s}sjc", "{s}clo"),
@@ -100,7 +101,10 @@ class _JointCentres:
 
     def build(self) -> dict[str, FloatArray]:
         centres = self._hips()
-        centres["neck"] = self._named(("neck",), self._neck())
+        neck = self._mean(("c7", "clav"), all_of=True)
+        shoulders = 0.5 * (self._shoulder_top("left") + self._shoulder_top("right"))
+        neck = np.where(np.isfinite(neck), neck, shoulders)
+        centres["neck"] = self._named(("neck",), neck)
         middle = 0.5 * (centres["left_hip"] + centres["right_hip"])
         chest = self._mean(("t10", "strn"), all_of=True)
         between = 0.5 * (middle + centres["neck"])
@@ -108,7 +112,7 @@ class _JointCentres:
         centres["head"] = self._named(("head",), self._mean(("lfhd", "rfhd", "lbhd", "rbhd")))
         up = _unit(centres["neck"] - middle)
         outward = _unit(centres["left_hip"] - centres["right_hip"])
-        for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
+        for side, sign in SIGNS.items():
             self._leg(centres, side, sign * outward)
             self._arm(centres, side, up)
         return centres
@@ -131,13 +135,8 @@ class _JointCentres:
         aside = 0.33 * width + 0.0073
         return {
             f"{side}_hip": self._centre(side, "hip", front + ahead * x + up * z + sign * aside * y)
-            for side, sign in zip(SIDES, (1.0, -1.0), strict=True)
+            for side, sign in SIGNS.items()
         }
-
-    def _neck(self) -> FloatArray:
-        neck = self._mean(("c7", "clav"), all_of=True)
-        shoulders = 0.5 * (self._shoulder_top("left") + self._shoulder_top("right"))
-        return np.where(np.isfinite(neck), neck, shoulders)
 
     def _leg(self, centres: dict[str, FloatArray], side: str, outward: FloatArray) -> None:
         s = side[0]
@@ -195,7 +194,7 @@ class _JointCentres:
         found = [self._markers.positions[m] for m in labels if m in self._markers.positions]
         if not found or (all_of and len(found) < len(labels)):
             return self._nothing
-        return found[0] if first else np.asarray(np.mean(found, axis=0))
+        return found[0] if first else np.mean(found, axis=0)
 
 
 def _chord(
@@ -213,12 +212,12 @@ def _chord(
         away = beside - marker
         away = -_unit(away - np.sum(away * along, axis=1, keepdims=True) * along)
         share = offset_m / length
-        return np.asarray(marker + offset_m * (share * along + np.sqrt(1.0 - share**2) * away))
+        return marker + offset_m * (share * along + np.sqrt(1.0 - share**2) * away)
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+        return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def _median_length(vectors: FloatArray) -> float:

@@ -54,10 +54,13 @@ def read_vicon_csv(path: Path) -> MarkerSeries:
 def _series(
     path: Path, rows: list[list[str]], body: list[list[float]], rate: float
 ) -> MarkerSeries:
-    columns = {plain(cell): index for index, cell in enumerate(rows[2]) if plain(cell)}
     axes = [cell.strip().lower() for cell in rows[3]]
     units = [cell.strip().lower() for cell in rows[4]] + [""] * len(rows[2])
-    columns = {label: k for label, k in columns.items() if axes[k : k + 3] == ["x", "y", "z"]}
+    columns = {
+        plain(cell): k
+        for k, cell in enumerate(rows[2])
+        if plain(cell) and axes[k : k + 3] == ["x", "y", "z"]
+    }
     if not columns or not body:
         raise InputError(f"{path} holds {len(columns)} labels and {len(body)} frames")
     table = padded_table(body, max(columns.values()) + 3)

@@ -53,8 +53,7 @@ NEAREST = np.argmax(_WEIGHTS, axis=1)
 
 def azure_joints(positions: FloatArray) -> FloatArray:
     """Compute the 32 joints from the 15, (n, 15, 3) to (n, 32, 3) [m]."""
-    joints: FloatArray = _WEIGHTS @ positions
-    return joints
+    return _WEIGHTS @ positions
 
 
 def as_published(optical: FloatArray) -> FloatArray:

@@ -18,7 +18,8 @@ from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, SIDES
 from pose_io.references.markers import plain
-from pose_sim.captured.clip import PROXIMAL_JOINTS, Clip, resampled
+from pose_sim.body import PROXIMAL_JOINTS
+from pose_sim.captured.clip import Clip, resampled
 
 if TYPE_CHECKING:
     import bvhio

@@ -10,15 +10,6 @@ from scipy.spatial.transform import Rotation, Slerp
 from pose_core.arrays import FloatArray
 
 RATE = 60.0  # [Hz] of all clips
-PROXIMAL_JOINTS = {
-    "upper_arm": "shoulder",
-    "forearm": "elbow",
-    "hand": "hand",
-    "thigh": "hip",
-    "shank": "knee",
-    "foot": "foot",
-}
-"""The joint about which each segment of the limbs rotates, without the side."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,6 +7,7 @@ simulates the identity switches of trackers.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,9 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
+from pose_io.arrays import BoolArray
 from pose_sim.captured.clips import RATE, Clip, chain, heading, mid_hip, read_clip
-from pose_sim.captured.session import looking_at, stamp_of
+from pose_sim.captured.session import camera_around, stamp_of
 from pose_sim.captured.trackers import TRACKERS, at, track
 from pose_sim.scene import SENSORS
 
@@ -69,10 +71,7 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
         for clip, path, scale in zip(spec.clips, paths, scales, strict=True)
     ]
     absences = [_absences(count, rng) if spec.leaves else np.zeros(count, bool) for _ in people]
-    places = {
-        sensor: looking_at(_camera_place(index, rng), np.array([0.0, 0.0, 0.9]))
-        for index, sensor in enumerate(SENSORS)
-    }
+    places = {sensor: _camera_pose(index, rng) for index, sensor in enumerate(SENSORS)}
     frames = [
         frame
         for sensor, place in places.items()
@@ -82,11 +81,9 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
     return Crowd(T_map_sensor=places, frames=frames)
 
 
-def _camera_place(index: int, rng: np.random.Generator) -> FloatArray:
+def _camera_pose(index: int, rng: np.random.Generator) -> FloatArray:
     angle = np.radians((-35.0, 35.0)[index]) + rng.uniform(-0.1, 0.1)
-    place = CAMERA_DISTANCE * np.array([np.cos(angle), np.sin(angle), 0.0])
-    place[2] = rng.uniform(1.2, 1.8)
-    return place
+    return camera_around(angle, CAMERA_DISTANCE, rng.uniform(1.2, 1.8))
 
 
 def _paths(people: int, count: int, rng: np.random.Generator) -> FloatArray:
@@ -106,7 +103,7 @@ def _paths(people: int, count: int, rng: np.random.Generator) -> FloatArray:
         velocity += (apart / distance[..., None] * push[..., None]).sum(axis=1) * 6.0
         place = place + velocity / RATE
         paths[:, step] = place
-    return np.asarray(gaussian_filter1d(paths, 0.15 * RATE, axis=1, mode="nearest"))
+    return gaussian_filter1d(paths, 0.15 * RATE, axis=1, mode="nearest")
 
 
 def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
@@ -125,7 +122,7 @@ def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
     return Clip(name=clip.name, positions=np.stack(moved, axis=1), rotations=rotations)
 
 
-def _absences(count: int, rng: np.random.Generator) -> NDArray[np.bool_]:
+def _absences(count: int, rng: np.random.Generator) -> BoolArray:
     """Mask of a person's absences, (count,)."""
     away = np.zeros(count, bool)
     start = round(rng.uniform(5.0, 15.0) * RATE)
@@ -140,7 +137,7 @@ def _camera_frames(
     sensor: str,
     place: FloatArray,
     people: Sequence[Clip],
-    absences: Sequence[NDArray[np.bool_]],
+    absences: Sequence[BoolArray],
     rng: np.random.Generator,
 ) -> list[CrowdFrame]:
     """Frames of one camera with all visible persons."""
@@ -169,21 +166,16 @@ def _camera_frames(
     return frames
 
 
-def _hiders(
-    middles: FloatArray, camera: FloatArray, visible: NDArray[np.bool_]
-) -> NDArray[np.int_]:
+def _hiders(middles: FloatArray, camera: FloatArray, visible: BoolArray) -> NDArray[np.int_]:
     """Index of the person who occludes each person from a camera, (people, frames); -1 if none."""
     sight = middles - camera
     distance = np.linalg.norm(sight[..., :2], axis=2)
     hider = np.full(distance.shape, -1)
-    for i in range(len(middles)):
-        for j in range(len(middles)):
-            if i == j:
-                continue
-            cross = sight[i, :, 0] * sight[j, :, 1] - sight[i, :, 1] * sight[j, :, 0]
-            beside = np.abs(cross) / distance[i]  # of the nearer person from the line of sight
-            hides = (distance[j] < distance[i]) & (beside < HIDES_M) & visible[j]
-            hider[i, hides & visible[i]] = j
+    for i, j in permutations(range(len(middles)), 2):
+        cross = sight[i, :, 0] * sight[j, :, 1] - sight[i, :, 1] * sight[j, :, 0]
+        beside = np.abs(cross) / distance[i]  # of the nearer person from the line of sight
+        hides = (distance[j] < distance[i]) & (beside < HIDES_M) & visible[j]
+        hider[i, hides & visible[i]] = j
     return hider
 
 
@@ -198,7 +190,7 @@ class _Ids:
         self._rng = rng
         self._next = 1
 
-    def named(self, in_view: NDArray[np.bool_], hider: NDArray[np.int_]) -> list[str]:
+    def named(self, in_view: BoolArray, hider: NDArray[np.int_]) -> list[str]:
         """The id of each person in view at this instant, empty for the others."""
         for i, sees in enumerate(in_view.tolist()):
             self._in_view[i] = self._in_view[i] + 1 if sees else 0

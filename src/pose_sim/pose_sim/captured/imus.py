@@ -63,9 +63,8 @@ def _stream(
     stamps = stamps + rng.uniform(0.0, 1.0 / model.rate)
     shape = (len(stamps), 3)
     axis = rng.standard_normal(3)
-    alignment = Rotation.from_rotvec(
-        rng.uniform(0.2, 1.0) * model.crooked * axis / np.linalg.norm(axis)
-    )
+    angle = rng.uniform(0.2, 1.0) * model.crooked
+    alignment = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
     middle = np.clip(stamps, DIFFERENCE_S, times[-1] - DIFFERENCE_S)
     turn = path(middle - DIFFERENCE_S).inv() * path(middle + DIFFERENCE_S)
     rate = gaussian_filter1d(turn.as_rotvec() / (2.0 * DIFFERENCE_S), 1.0, axis=0)

@@ -5,11 +5,10 @@ from scipy.interpolate import make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, SIDES
-from pose_sim.angles import JOINT_NAMES
-from pose_sim.body import BodyPoses
-from pose_sim.captured.clip import PROXIMAL_JOINTS, RATE, Clip
+from pose_sim.angles import AXIAL_ROTATIONS
+from pose_sim.body import PROXIMAL_JOINTS, BodyPoses
+from pose_sim.captured.clip import RATE, Clip
 from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.motion import GRID_RATE, Motion
 
@@ -47,7 +46,7 @@ def motion_of(clip: Clip, duration: float, *, place: tuple[float, float], facing
     frames = np.arange(len(rows)) / RATE
     times = np.arange(int(np.ceil(duration * GRID_RATE)) + 1) / GRID_RATE
     times = np.minimum(times, frames[-1])
-    joints: FloatArray = make_interp_spline(frames, positions, k=5)(times)
+    joints = make_interp_spline(frames, positions, k=5)(times)
     rotations = {
         name: Slerp(frames, turn * each[rows])(times).as_matrix()
         for name, each in clip.rotations.items()
@@ -60,4 +59,4 @@ def motion_of(clip: Clip, duration: float, *, place: tuple[float, float], facing
         joints=joints, rotations=rotations, origins=origins, contacts=np.zeros((len(times), 4, 3))
     )
     unknown = np.full(len(times), np.nan)
-    return Motion(times=times, angles=dict.fromkeys(JOINT_NAMES, unknown), pose=pose)
+    return Motion(times=times, angles=dict.fromkeys(AXIAL_ROTATIONS, unknown), pose=pose)

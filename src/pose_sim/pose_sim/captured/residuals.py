@@ -11,10 +11,10 @@ from functools import cache
 from importlib import resources
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import OTHER_SIDE
+from pose_io.arrays import IntArray
 from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.rotations import about_z
 
@@ -31,7 +31,7 @@ class ResidualTable:
     rate: float  # [Hz]
     postures: FloatArray  # (n, 15, 3) [m] joints from the middle of the hips, x to the front
     residuals: FloatArray  # (n, 15, 3) [m] errors of the tracker, in the same axes
-    last: NDArray[np.int64]  # (n,) row at which the repetition ends
+    last: IntArray  # (n,) row at which the repetition ends
 
 
 @cache

@@ -120,10 +120,14 @@ def place_cameras(clip: Clip, rng: np.random.Generator) -> dict[str, FloatArray]
     places = {}
     for index, sensor in enumerate(SENSORS):
         angle = facing + (index - 0.5) * apart
-        place = np.array([*(distance * np.array([np.cos(angle), np.sin(angle)])), 0.0])
-        place[2] = rng.uniform(*HEIGHT_M)
-        places[sensor] = looking_at(place, np.array([0.0, 0.0, 0.9]))
+        places[sensor] = camera_around(angle, distance, rng.uniform(*HEIGHT_M))
     return places
+
+
+def camera_around(angle: float, distance: float, height: float) -> FloatArray:
+    """Pose of a camera in a direction [rad] from map's origin, looking at a person there."""
+    place = np.array([distance * np.cos(angle), distance * np.sin(angle), height])
+    return looking_at(place, np.array([0.0, 0.0, 0.9]))
 
 
 def looking_at(place: FloatArray, target: FloatArray) -> FloatArray:

@@ -7,7 +7,6 @@ drift; a hidden joint drifts by a decimetre and often still has the state TRACKE
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 from scipy.special import ndtr
@@ -15,11 +14,13 @@ from scipy.special import ndtr
 from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_core.joints import TrackingState
+from pose_io.arrays import ByteArray
 from pose_sim.captured.azure import NEAREST, as_published, azure_joints
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import heading
 from pose_sim.captured.residuals import resampled_residuals
 from pose_sim.occlusion import hidden
+from pose_sim.rotations import about_z
 from pose_sim.tracker_errors import slow_process
 
 HEIGHT = 1.7  # [m] height of the body model for occlusions
@@ -83,7 +84,7 @@ class TrackerFrames:
 
     stamps_s: FloatArray  # (n,) [s]
     positions: FloatArray  # (n, 15, 3) [m] in the camera's optical frame
-    tracking_state: NDArray[np.uint8]  # (n, 15)
+    tracking_state: ByteArray  # (n, 15)
 
     def sample(self, row: int, stamp_ns: int, sensor: str, person: str) -> SkeletonSample:
         """A frame as a sensor's sample of a person."""
@@ -148,9 +149,7 @@ def _stamps(end_s: float, model: TrackerModel, rng: np.random.Generator) -> Floa
     return np.sort(stamps + model.jitter * rng.standard_normal(len(stamps)))
 
 
-def _states(
-    covered: FloatArray, model: TrackerModel, rng: np.random.Generator
-) -> NDArray[np.uint8]:
+def _states(covered: FloatArray, model: TrackerModel, rng: np.random.Generator) -> ByteArray:
     """Tracking states of the joints, (n, 15)."""
     state = np.full(covered.shape, int(TrackingState.TRACKED), np.uint8)
     if model.has_confidence:
@@ -179,15 +178,12 @@ def _offsets(
     shape = len(true), joints, 3
     offset = model.constant_offset * rng.standard_normal((1, joints, 3))
     offset = offset + model.slow_offset * slow_process(shape, model.slow_s, model.rate, rng)
-    yaw = heading(true)
-    c, s = np.cos(yaw), np.sin(yaw)
+    R_map_body = about_z(heading(true))
     if model.facing:
-        sight = camera - true.mean(axis=1)
-        facing = (c * sight[:, 0] + s * sight[:, 1]) / np.linalg.norm(sight[:, :2], axis=1)
+        sight = (camera - true.mean(axis=1))[:, :2]
+        facing = np.sum(R_map_body[:, :2, 0] * sight, axis=1) / np.linalg.norm(sight, axis=1)
         offset = offset * (1.0 + 0.5 * model.facing * (1.0 - facing))[:, None, None]
-    x, y, z = np.moveaxis(offset, 2, 0)
-    c, s = c[:, None], s[:, None]
-    return np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(z, x.shape)], axis=2)
+    return offset @ np.swapaxes(R_map_body, 1, 2)
 
 
 def at(instants: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:

@@ -121,11 +121,10 @@ def run() -> int:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    for name in ("lost", "corrupted"):
-        if not 0.0 <= getattr(arguments, name) <= 1.0:
-            raise InputError(f"{name} = {getattr(arguments, name):g} is outside [0, 1]")
-    if not 0.0 <= arguments.jitter <= 1.0:
-        raise InputError(f"jitter = {arguments.jitter:g} s is outside [0, 1]")
+    for name, unit in (("lost", ""), ("corrupted", ""), ("jitter", " s")):
+        value = getattr(arguments, name)
+        if not 0.0 <= value <= 1.0:
+            raise InputError(f"{name} = {value:g}{unit} is outside [0, 1]")
     if arguments.seed < 0:
         raise InputError(f"seed = {arguments.seed} is negative")
 

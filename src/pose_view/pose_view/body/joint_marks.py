@@ -28,6 +28,12 @@ MEANINGS: Mapping[str, str] = {
     "imu": "from an IMU",
     "predicted": "predicted, nothing measures it",
 }
+SEEN = {
+    TrackingState.TRACKED: "tracked",
+    TrackingState.INFERRED: "inferred",
+    TrackingState.NOT_TRACKED: "predicted",
+}
+"""The key of these of a joint that is measured by cameras only."""
 PALE = np.array([238.0, 238.0, 238.0])
 CERTAIN, UNCERTAIN = np.radians(2.0), np.radians(20.0)  # [rad] standard deviations
 LARGEST_PALENESS = 0.75  # [-]
@@ -131,16 +137,11 @@ def _rows(dof: DofSnapshot | None) -> dict[str, list[int]]:
 
 
 def _source(tracking: TrackingState, dof: DofSnapshot | None, rows: list[int]) -> str:
-    seen = {
-        TrackingState.TRACKED: "tracked",
-        TrackingState.INFERRED: "inferred",
-        TrackingState.NOT_TRACKED: "predicted",
-    }[tracking]
     if dof is None or not rows:
-        return seen
+        return SEEN[tracking]
     sources = dof.source[rows]
     if np.all(sources == Source.PREDICTED):
         return "predicted"
     if float(np.mean(dof.weight_imu[rows])) >= IMU_SHARE or np.all(sources == Source.IMU):
         return "imu"
-    return seen
+    return SEEN[tracking]

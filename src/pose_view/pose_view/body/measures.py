@@ -1,7 +1,7 @@
 """Body measures from joint positions."""
 
 from collections import deque
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,12 +32,10 @@ class BodyMeasures:
         """The legs' length relative to an adult's of 1.75 m: scale of all thicknesses [-]."""
         return (sum(self.thigh) + sum(self.shank)) / 2.0 / 0.82
 
-    def differs_from(self, other: "BodyMeasures | None") -> bool:
+    def differs_from(self, other: "BodyMeasures") -> bool:
         """Whether a measure differs by more than :data:`CHANGED`."""
-        if other is None:
-            return True
-        pairs = [(getattr(self, f.name), getattr(other, f.name)) for f in fields(self)]
-        return max(float(np.max(np.abs(np.subtract(a, b)))) for a, b in pairs) > CHANGED
+        own, others = (np.hstack(list(vars(each).values())) for each in (self, other))
+        return bool(np.abs(own - others).max() > CHANGED)
 
 
 def measure(joints: FloatArray) -> BodyMeasures:
@@ -86,7 +84,7 @@ class MeasuredBody:
         if self._count != FIRST_AT and self._count % SAMPLES:
             return False
         found = measure(np.stack(self._samples))
-        if not found.differs_from(self.measures):
+        if self.measures is not None and not found.differs_from(self.measures):
             return False
         self.measures = found
         return True

@@ -99,4 +99,4 @@ def _swung(rotations: FloatArray, bones: FloatArray) -> FloatArray:
     turn[opposite] = (
         rotations[opposite] @ np.diag([-1.0, 1.0, -1.0]) @ np.swapaxes(rotations[opposite], 1, 2)
     )
-    return np.asarray(turn @ rotations)
+    return turn @ rotations

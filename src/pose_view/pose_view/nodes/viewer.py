@@ -265,7 +265,7 @@ class ViewerNode(Node):
 
     def destroy_node(self) -> None:
         """Close the page and destroy the node."""
-        viewer: Viewer | None = getattr(self, "viewer", None)
+        viewer = getattr(self, "viewer", None)
         if viewer is not None:
             viewer.server.stop()
         super().destroy_node()

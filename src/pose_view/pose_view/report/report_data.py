@@ -154,7 +154,7 @@ class _Estimated:
     views: dict[str, SkeletonSeries] = field(default_factory=dict)
     estimates: dict[str, EstimateSeries] = field(default_factory=dict)
     T_map_sensor: dict[str, FloatArray] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
+    notes: list[str]
 
 
 def _estimate(
@@ -167,11 +167,12 @@ def _estimate(
     """All methods: the sensors, their mean, the estimators, the bag's own result."""
     sensors = tuple(sensor_topics(bag))
     extrinsics: Extrinsics | None = None
-    trouble = ""
+    notes = []
     try:
         extrinsics = find_extrinsics(bag, sensors)
     except PoseError as error:
-        trouble = f"The sensors' places are unknown ({error}): no method joins them."
+        if sensors:  # a fused bag without skeletons needs no extrinsics
+            notes.append(f"The sensors' places are unknown ({error}): no method joins them.")
     own = methods_of_bag(bag, wanted.person, wanted.body, extrinsics)
     setups = known_setups(has_imus=has_imus)
     known = [*own, MEAN, *(setup.name for setup in setups)]
@@ -184,11 +185,8 @@ def _estimate(
         wanted = replace(wanted, methods=usual)
     elif wanted.methods == (ALL,):
         wanted = replace(wanted, methods=tuple(known))
-    result = _Estimated(methods={name: own[name] for name in sensors})
-    if extrinsics is None:
-        if sensors:  # a fused bag without skeletons needs no extrinsics
-            result.notes.append(trouble)
-    else:
+    result = _Estimated(methods={name: own[name] for name in sensors}, notes=notes)
+    if extrinsics is not None:
         result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in sensors}
         result.methods |= {MEAN: own[MEAN]} if MEAN in own else {}
         chosen = [setup for setup in setups if setup.name in (*wanted.methods, wanted.focus)]
@@ -241,8 +239,8 @@ def _cut(
 
 def _cut_estimates(estimates: EstimateSeries, begin_ns: int, end_ns: int) -> EstimateSeries:
     inside = (estimates.stamps_ns >= begin_ns) & (estimates.stamps_ns <= end_ns)
-    fields = {name: value for name, value in vars(estimates).items() if name != "names"}
-    return replace(estimates, **{name: value[inside] for name, value in fields.items()})
+    arrays = {n: each[inside] for n, each in vars(estimates).items() if n != "names"}
+    return replace(estimates, **arrays)
 
 
 def seconds(stamps_ns: np.ndarray, begin_ns: int) -> FloatArray:

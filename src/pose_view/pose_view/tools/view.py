@@ -47,7 +47,7 @@ def missing_bodies(recorded: Recorded, bodies: tuple[str, ...], bag: BagReader) 
         bodies: Requested ids.
         bag: The open bag.
     """
-    if not recorded.has_raw:
+    if not recorded.raw:
         return {}
     has_imus, is_raw = bool(imu_topics(bag)), not recorded.bodies
     kinds = {FUSED} if is_raw else set()

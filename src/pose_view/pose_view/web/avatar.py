@@ -95,7 +95,8 @@ class Avatar:
         self._place = place
         self._body = MeasuredBody()
         self._imus: tuple[str, ...] = ()
-        self._is_wanted = self._has_data = True
+        self.is_wanted = True
+        """The user's choice: whether to show the body."""
         self._frame = scene.add_frame(self._name, show_axes=False, position=np.asarray(offset))
         self._parts: list[MeshHandle] = []
         self._balls: dict[str, MeshHandle] = {}
@@ -123,18 +124,10 @@ class Avatar:
             part.position, part.wxyz = position, turn
         for joint, mark in joint_marks(body).items():
             ball = self._balls[joint]
-            if ball.color != mark.color:
-                ball.color = mark.color
-            scale = (1.0, 1.0, mark.growth) if joint in BANDS else (mark.growth,) * 3
-            if ball.scale != scale:
-                ball.scale = scale
+            ball.color = mark.color
+            ball.scale = (1.0, 1.0, mark.growth) if joint in BANDS else (mark.growth,) * 3
         x, y, _ = positions[PARTS.index("pelvis")]
         self._label.position = (x - TITLE_BEFORE, y, 0.02)
-
-    def set_visible(self, visible: bool) -> None:
-        """Show or hide the body by the user's choice."""
-        self._is_wanted = visible
-        self._frame.visible = visible and self._has_data
 
     def remove(self) -> None:
         """Remove the body from the scene."""
@@ -142,10 +135,7 @@ class Avatar:
 
     def set_data(self, has_data: bool) -> None:
         """Hide the body while it has no data."""
-        has_data = has_data or not self._parts
-        if has_data != self._has_data:
-            self._has_data = has_data
-            self._frame.visible = self._is_wanted and has_data
+        self._frame.visible = self.is_wanted and (has_data or not self._parts)
 
     def _draw(self) -> None:
         """Draw the meshes again after a change of the body's measures or IMUs."""

@@ -58,17 +58,13 @@ class GraphPanel:
 
     def show_status(self, html: str) -> None:
         """Show the status lines."""
-        if self._status.content != html:
-            self._status.content = html
+        self._status.content = html
 
     def show_recording(self, bag: str | None) -> None:
         """Show the path being recorded: empty if there is none, None without a recorder."""
         self._is_recording = bool(bag)
-        label = "Stop recording" if bag else "Start recording"
-        if self._record.label != label:
-            self._record.label = label
-        if self._record.disabled != (bag is None):
-            self._record.disabled = bag is None
+        self._record.label = "Stop recording" if bag else "Start recording"
+        self._record.disabled = bag is None
 
     def offer_persons(self, persons: Sequence[str]) -> None:
         """Update the choices of the person by the cameras' ids; the selected one is kept."""

@@ -176,8 +176,7 @@ class PlotPanel:
         self._write_legend()
         self._titles = (*self._titles, *self._robot_joints)
         for (chosen, _), title in zip(self._plots, self._robot_joints, strict=False):
-            chosen.options = self._titles
-            chosen.value = title
+            chosen.options, chosen.value = self._titles, title
 
     def update(
         self,
@@ -212,7 +211,7 @@ class PlotPanel:
             else:
                 rows = [_joint_row(joint, track, grid) for track in robot]
                 colors = [ASKED_LINE, ROBOT_LINE]
-            picture = svg_plot(
+            plot.content = svg_plot(
                 grid - zero_s,
                 rows,
                 colors,
@@ -220,8 +219,6 @@ class PlotPanel:
                 y_label="angle [°]",
                 y_range=_range(rows),
             )
-            if plot.content != picture:
-                plot.content = picture
 
     def _add(self, server: LocalServer, title: str) -> tuple[Any, Any]:
         chosen = server.gui.add_dropdown("Angle", self._titles, initial_value=title)

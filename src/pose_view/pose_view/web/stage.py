@@ -172,7 +172,7 @@ class Stage:
         self._sensors = dict(snapshot.sensors)
         for name in self._sensors:
             node = self._server.scene.get_handle_by_name(f"/sensors/{name}")
-            if node is not None and node.visible != self.shows_sensors:
+            if node is not None:
                 node.visible = self.shows_sensors
 
     def _draw_sensor(self, name: str, T: FloatArray) -> None:

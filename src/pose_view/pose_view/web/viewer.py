@@ -15,7 +15,7 @@ from pose_view.robot import JointTrack
 from pose_view.snapshot import Snapshot
 from pose_view.web.graph_panel import GraphCommands, GraphPanel
 from pose_view.web.page_style import PHONE_STYLE
-from pose_view.web.places import place_of
+from pose_view.web.places import BodyPanel, place_of
 from pose_view.web.playback_panel import PlaybackPanel
 from pose_view.web.plots import PlotPanel, TrackOf
 from pose_view.web.server import LocalServer
@@ -135,7 +135,7 @@ class Viewer:
         self._choices = gui.add_folder("Show")
         with self._choices:
             for place in self.places:
-                self._switch(place.title, True, self.stage.avatars[place.body].set_visible)
+                self._add_body_switch(place)
             self._switch("Sensors", True, partial(setattr, self.stage, "shows_sensors"))
             show_ghosts = partial(setattr, self.stage, "shows_ghosts")
             self._switch("Raw skeletons of the cameras", False, show_ghosts)
@@ -148,14 +148,17 @@ class Viewer:
         self.stage.add(place, "")
         self.plots.add(place)
         with self._choices:
-            show = self.stage.avatars[body].set_visible
-            self._switches[body] = self._switch(place.title, True, show)
+            self._switches[body] = self._add_body_switch(place)
 
     def _remove_person(self, body: str) -> None:
         """Remove a person who has left and is no longer in the plots."""
         self.stage.remove(body)
         self.plots.remove(body)
         self._switches.pop(body).remove()
+
+    def _add_body_switch(self, place: BodyPanel) -> GuiCheckboxHandle:
+        avatar = self.stage.avatars[place.body]
+        return self._switch(place.title, True, partial(setattr, avatar, "is_wanted"))
 
     def _switch(self, title: str, on: bool, act: Callable[[bool], None]) -> GuiCheckboxHandle:
         box = self.server.gui.add_checkbox(title, on)

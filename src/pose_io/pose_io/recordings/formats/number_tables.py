@@ -4,13 +4,13 @@ import io
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.errors import InputError, one_line
 from pose_io.recordings.formats.file_content import MAX_TABLE_BYTES, read_content
 
 
-def read_numbers(path: Path, columns: int, meaning: str) -> NDArray[np.float64]:
+def read_numbers(path: Path, columns: int, meaning: str) -> FloatArray:
     """Read numbers separated by commas, plain or gzip.
 
     Args:

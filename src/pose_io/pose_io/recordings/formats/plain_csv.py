@@ -13,9 +13,9 @@ from pose_core.arrays import FloatArray
 from pose_core.errors import InputError, writing
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
+from pose_io.arrays import ByteArray
 from pose_io.recordings.formats.format import Format
 from pose_io.recordings.formats.table import CsvTable, read_table
-from pose_io.recordings.joint_maps import StateArray
 from pose_io.recordings.recording import Recording, SensorStream, make_recording, make_stream
 
 TIME_ZERO = "time_zero_s:"  # the comment that sets Recording.time_zero_ns
@@ -162,7 +162,7 @@ def _frame_rows(stream: SensorStream, frame: int) -> list[list[str]]:
     return rows or [begin + [""] * (len(COLUMNS) - len(begin))]
 
 
-def _joint_cells(positions: FloatArray, states: StateArray) -> Iterator[str]:
+def _joint_cells(positions: FloatArray, states: ByteArray) -> Iterator[str]:
     for position, state in zip(positions.tolist(), states.tolist(), strict=True):
         yield from (f"{value:.6f}" if state else "" for value in position)
         yield str(state)

@@ -132,19 +132,16 @@ def joint_places(offsets: FloatArray, angles: FloatArray) -> FloatArray:
     # Imported here: scipy takes half a second to load, and only these recordings need it.
     from scipy.spatial.transform import Rotation
 
-    places = np.empty_like(offsets)
+    places: dict[str, FloatArray] = {}
     rotations: dict[str, Rotation] = {}
-    index = {name: number for number, name in enumerate(PARENTS)}
-    for name, parent in PARENTS.items():
-        number = index[name]
-        own = Rotation.from_euler("ZXY", angles[:, number][:, [2, 0, 1]], degrees=True)  # (1)
-        places[:, number] = offsets[:, number]
-        if parent is None:
-            rotations[name] = own
-            continue
-        rotations[name] = rotations[parent] * own
-        places[:, number] = places[:, index[parent]] + rotations[parent].apply(offsets[:, number])
-    return places
+    for number, (name, parent) in enumerate(PARENTS.items()):
+        rotation = Rotation.from_euler("ZXY", angles[:, number][:, [2, 0, 1]], degrees=True)
+        place = offsets[:, number]
+        if parent is not None:  # (1)
+            rotation = rotations[parent] * rotation
+            place = places[parent] + rotations[parent].apply(place)
+        rotations[name], places[name] = rotation, place
+    return np.stack(list(places.values()), axis=1)
 
 
 def _read_triples(path: Path) -> FloatArray:

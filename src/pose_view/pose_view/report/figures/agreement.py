@@ -19,12 +19,11 @@ from pose_view.report.analysis import REFERENCE, Analysis, Compared
 from pose_view.report.figures.canvas import (
     COLUMNS,
     FigureSet,
-    Picture,
     broken,
     line,
     method_style,
+    picture,
     plot,
-    svg,
     without_wraps,
 )
 from pose_view.report.report_data import seconds
@@ -62,7 +61,7 @@ def bland_altman_figures(analysis: Analysis, compared: Compared) -> FigureSet:
             _level(axes, high, "--", "+1.96 SD")
             axes.set(xlabel="mean of both [deg]", ylabel="difference [deg]")
             title = readable(angle)
-            pictures.append(Picture(title=title, svg=svg(figure, f"Bland–Altman plot of {title}")))
+            pictures.append(picture(figure, title, f"Bland–Altman plot of {title}"))
     return FigureSet(caption=f"Bland–Altman: {method_label(focus)} − reference", pictures=pictures)
 
 
@@ -121,7 +120,7 @@ def uncertainty_figures(analysis: Analysis, method: str) -> FigureSet:
             axes.set(xlabel="time [s]", ylabel="angle [deg]", xlim=(0.0, recording.duration_s))
             axes.set_ylim(*_window(np.concatenate(shown), sigma))
             title = readable(angle)
-            pictures.append(Picture(title=title, svg=svg(figure, f"uncertainty of {title}")))
+            pictures.append(picture(figure, title, f"uncertainty of {title}"))
     return FigureSet(caption=f"{method_label(method)} with its own uncertainty", pictures=pictures)
 
 
@@ -165,10 +164,10 @@ def source_figure(analysis: Analysis, method: str) -> FigureSet:
         for edge in np.arange(0.5, len(names) - 0.5):
             axes.axhline(edge, color="white", linewidth=1.0)
         axes.set(xlabel="time [s]", xlim=(0.0, analysis.recording.duration_s))
-        drawing = svg(figure, f"sources of {method_label(method)} over time")
+        drawing = picture(figure, "", f"sources of {method_label(method)} over time")
     return FigureSet(
         caption=f"Source of each degree of freedom: {method_label(method)}",
-        pictures=[Picture(title="", svg=drawing)],
+        pictures=[drawing],
         is_wide=True,
     )
 

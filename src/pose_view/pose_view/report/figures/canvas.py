@@ -105,11 +105,12 @@ def plot(
         yield figure, list(axes[:, 0])
 
 
-def svg(figure: Figure, label: str) -> str:
-    """The figure as an ``<svg>`` element for a page.
+def picture(figure: Figure, title: str, label: str) -> Picture:
+    """The figure for a page.
 
     Args:
         figure: A figure drawn inside :func:`plot`.
+        title: Title above it.
         label: Description for screen readers.
     """
     out = io.StringIO()
@@ -126,7 +127,8 @@ def svg(figure: Figure, label: str) -> str:
     text = re.sub(r' transform="rotate\(-0 [^"]*"', "", text)
     text = re.sub(r' (?:d|x|y)="[^"]*"', lambda m: _shortened(m[0]), text)
     text = re.sub(r"\s*\n\s*", "\n", text)
-    return text.replace("<svg", f'<svg role="img" aria-label="{escape(label)}"', 1)
+    text = text.replace("<svg", f'<svg role="img" aria-label="{escape(label)}"', 1)
+    return Picture(title=title, svg=text)
 
 
 def line(

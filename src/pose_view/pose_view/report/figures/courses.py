@@ -23,8 +23,8 @@ from pose_view.report.figures.canvas import (
     Picture,
     line,
     method_style,
+    picture,
     plot,
-    svg,
     without_wraps,
 )
 from pose_view.report.report_data import seconds
@@ -74,7 +74,7 @@ def _over_time(
             style = method_style(name, recording.sensors)
             line(axes, name, seconds(stamps_ns, recording.begin_ns), values, style)
         axes.set(xlabel=TIME, ylabel=unit, xlim=(0.0, recording.duration_s))
-        return Picture(title=title, svg=svg(figure, label))
+        return picture(figure, title, label)
 
 
 def attitude_sources(analysis: Analysis) -> dict[str, str]:
@@ -121,8 +121,7 @@ def attitude_figures(analysis: Analysis) -> FigureSet:
             below.set(xlabel=TIME, ylabel="roll [deg]")
             figure.align_ylabels()
             title = readable(limb)
-            picture = svg(figure, f"pitch, yaw and roll of {title}")
-            pictures.append(Picture(title=title, svg=picture))
+            pictures.append(picture(figure, title, f"pitch, yaw and roll of {title}"))
     return FigureSet(caption="", pictures=pictures)
 
 

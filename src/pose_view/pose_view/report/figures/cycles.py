@@ -6,11 +6,10 @@ from pose_evaluation.tables import readable
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import (
     FigureSet,
-    Picture,
     group_of,
     method_style,
+    picture,
     plot,
-    svg,
 )
 
 
@@ -37,5 +36,5 @@ def cycle_figures(analysis: Analysis, side: str) -> FigureSet:
                 axes.plot(PERCENT, curve.mean_deg, gid=group_of(name), **style)
             axes.set(xlabel="cycle [%]", ylabel="angle [deg]", xlim=(0.0, 100.0))
             title = readable(angle)
-            pictures.append(Picture(title=title, svg=svg(figure, f"{title} over the cycle")))
+            pictures.append(picture(figure, title, f"{title} over the cycle"))
     return FigureSet(caption=f"Mean ± SD over the cycles, {side} side", pictures=pictures)

@@ -68,15 +68,13 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
         parts.append(Section(anchor="accuracy", title="Accuracy", blocks=tables))
     tables = [*view_tables(analysis.agreement), method_table(analysis.angles)]
     parts.append(Section(anchor="agreement", title="Agreement", blocks=tables))
-    angles = angle_figures(analysis)
+    figures = [angle_figures(analysis)]
     parts.append(
-        Section(anchor="angles", title="Angles over time", blocks=[angles], has_methods=True)
+        Section(anchor="angles", title="Angles over time", blocks=figures, has_methods=True)
     )
     if compared is not None and analysis.recording.focus not in compared.left_out:
-        differences = bland_altman_figures(analysis, compared)
-        parts.append(
-            Section(anchor="bland-altman", title="Bland–Altman plots", blocks=[differences])
-        )
+        figures = [bland_altman_figures(analysis, compared)]
+        parts.append(Section(anchor="bland-altman", title="Bland–Altman plots", blocks=figures))
     parts.append(_motion(analysis))
     parts.append(_cycles(analysis))
     if analysis.recording.estimates:
@@ -97,7 +95,7 @@ def without_empty(parts: Iterable[Section]) -> list[Section]:
 def _motion(analysis: Analysis) -> Section:
     of = REFERENCE if analysis.compared is not None else analysis.recording.focus
     shown = list(dict.fromkeys([of, analysis.recording.focus]))
-    blocks: list[Block] = [range_table(analysis.ranges)]
+    blocks = [range_table(analysis.ranges)]
     for name in shown:
         blocks += [peak_table(name, analysis.ranges[name])]
         blocks += [symmetry_table(name, analysis.ranges[name])]
@@ -142,15 +140,9 @@ def _uncertainty(analysis: Analysis) -> Section:
 def _sources(analysis: Analysis) -> Section:
     method = _account_of(analysis)
     key = _key((name, SOURCE_COLOURS[source]) for source, name in SOURCE_NAMES.items())
-    return Section(
-        anchor="sources",
-        title="Sources",
-        blocks=[
-            key,
-            source_figure(analysis, method),
-            source_table(method, analysis.recording.estimates[method]),
-        ],
-    )
+    table = source_table(method, analysis.recording.estimates[method])
+    blocks: list[Block] = [key, source_figure(analysis, method), table]
+    return Section(anchor="sources", title="Sources", blocks=blocks)
 
 
 def _key(entries: Iterable[tuple[str, str]]) -> Markup:
@@ -183,7 +175,7 @@ def _joint(analysis: Analysis, joint: str) -> Section:
     text = "All in map; the reference is moved by one rotation and translation onto "
     text += f"{method_label(analysis.recording.focus)}."
     has_joints = analysis.compared is not None and analysis.compared.joints is not None
-    blocks: list[Block] = [joint_figures(analysis, joint)]
+    blocks = [joint_figures(analysis, joint)]
     return Section(
         anchor="joint",
         title=f"Path of the {readable(joint)}",

@@ -42,16 +42,16 @@ def accuracy_tables(evaluation: Evaluation) -> list[Table]:
 def overview_table(evaluation: Evaluation) -> Table:
     """Overview: one line per figure."""
     methods = evaluation.methods
-    mean_rmse, mean_r = [m.mean_rmse_deg for m in methods], [m.mean_r for m in methods]
-    mean_leg_rmse = [m.mean_leg_rmse_deg for m in methods]
     return Table(
         caption="Overview of all methods",
         head="measure",
-        columns=tuple(method_label(method.name) for method in methods),
+        columns=[method_label(method.name) for method in methods],
         rows=(
-            number_row("RMSE, mean of 12 angles [deg]", mean_rmse, 1, min),
-            number_row("RMSE, hips and knees [deg]", mean_leg_rmse, 1, min),
-            number_row("r, mean of the moving angles [-]", mean_r, 3, max),
+            number_row("RMSE, mean of 12 angles [deg]", [m.mean_rmse_deg for m in methods], 1, min),
+            number_row(
+                "RMSE, hips and knees [deg]", [m.mean_leg_rmse_deg for m in methods], 1, min
+            ),
+            number_row("r, mean of the moving angles [-]", [m.mean_r for m in methods], 3, max),
             *summary_rows(methods),
         ),
         note=f"Over {evaluation.duration_s:.1f} s that all methods and the reference have in "
@@ -137,11 +137,11 @@ def _limits_table(evaluation: Evaluation) -> Table:
     return Table(
         caption="Limits of agreement (Bland and Altman): bias ∓ 1.96 SD [deg]",
         head="angle",
-        columns=tuple(method_label(method.name) for method in evaluation.methods),
-        rows=tuple(
+        columns=[method_label(method.name) for method in evaluation.methods],
+        rows=[
             text_row(readable(angle), *(limits(method, angle) for method in evaluation.methods))
             for angle in ANGLES
-        ),
+        ],
         note="19 of 20 differences lie between them, if they are normally distributed.",
     )
 

@@ -20,5 +20,5 @@ def part_table(
         number_row(readable(part), [each[part] for each in values.values()], **style)
         for part in next(iter(values.values()), {})
     ]
-    columns = tuple(map(method_label, values))
+    columns = [method_label(name) for name in values]
     return Table(caption=caption, head=head, columns=columns, rows=(*rows, *summary), note=note)

@@ -1,12 +1,13 @@
 """Biomechanical tables: range of motion, peaks, symmetry, cycles."""
 
 from collections.abc import Mapping
+from dataclasses import astuple
 
 from pose_core.api import ANGLES
 from pose_core.joints import SIDES
 from pose_evaluation.gait_cycles import CycleCurve
 from pose_evaluation.range_of_motion import AngleRange, symmetry_index_percent
-from pose_evaluation.table import Row, Table, number, text_row
+from pose_evaluation.table import Row, Table, number, number_row, text_row
 from pose_evaluation.tables import method_label, readable
 from pose_view.report.tables.by_part import part_table
 
@@ -28,22 +29,14 @@ def range_table(ranges: Mapping[str, Mapping[str, AngleRange]]) -> Table:
 
 def peak_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
     """Extremes of every angle with their times."""
-    rows = [
-        text_row(
-            readable(angle),
-            number(each.lowest_deg, 1),
-            number(each.lowest_s, 1),
-            number(each.highest_deg, 1),
-            number(each.highest_s, 1),
-            number(each.range_deg, 1),
-        )
-        for angle, each in ranges.items()
-    ]
     return Table(
         caption=f"Peak angles: {method_label(method)}",
         head="angle",
         columns=("lowest [deg]", "at [s]", "highest [deg]", "at [s]", "range [deg]"),
-        rows=tuple(rows),
+        rows=[
+            number_row(readable(angle), [*astuple(each), each.range_deg], 1)
+            for angle, each in ranges.items()
+        ],
     )
 
 
@@ -51,20 +44,12 @@ def symmetry_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
     """Range and peak of left and right, with the symmetry index."""
     rows = []
     for angle in ONE_SIDE:
-        left, right = (ranges[f"{side}_{angle}"] for side in SIDES)
-        ranges_index = symmetry_index_percent(left.range_deg, right.range_deg)
-        peaks_index = symmetry_index_percent(left.highest_deg, right.highest_deg)
-        rows.append(
-            text_row(
-                readable(angle),
-                number(left.range_deg, 1),
-                number(right.range_deg, 1),
-                number(ranges_index, 0, sign=True),
-                number(left.highest_deg, 1),
-                number(right.highest_deg, 1),
-                number(peaks_index, 0, sign=True),
-            )
-        )
+        sides = [ranges[f"{side}_{angle}"] for side in SIDES]
+        cells = []
+        for pair in ([s.range_deg for s in sides], [s.highest_deg for s in sides]):
+            cells += [number(value, 1) for value in pair]
+            cells.append(number(symmetry_index_percent(*pair), 0, sign=True))
+        rows.append(text_row(readable(angle), *cells))
     return Table(
         caption=f"Left and right: {method_label(method)}",
         head="angle",
@@ -72,7 +57,7 @@ def symmetry_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
             *("range, left [deg]", "range, right [deg]", "index [%]"),
             *("peak, left [deg]", "peak, right [deg]", "index [%]"),
         ),
-        rows=tuple(rows),
+        rows=rows,
         note="Symmetry index: (left − right) / mean of both; 0 is symmetric, positive says that "
         "the left is larger. – where both are below 5°.",
     )
@@ -96,6 +81,6 @@ def cycle_table(
     return Table(
         caption=f"Range of motion of a cycle, {side} side: mean ± SD between cycles [deg]",
         head="angle",
-        columns=tuple(method_label(method) for method in methods),
-        rows=tuple(rows),
+        columns=[method_label(method) for method in methods],
+        rows=rows,
     )

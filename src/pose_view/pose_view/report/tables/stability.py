@@ -25,15 +25,15 @@ def method_table(angles: Mapping[str, AngleSeries]) -> Table:
     return Table(
         caption="Difference of the methods: RMS, mean of 12 angles [deg]",
         head="method",
-        columns=tuple(method_label(name) for name in angles),
-        rows=tuple(
+        columns=[method_label(name) for name in angles],
+        rows=[
             number_row(
                 method_label(first),
                 [differences.get((first, second), np.nan) for second in angles],
                 1,
             )
             for first in angles
-        ),
+        ],
         note="Each pair over its common time; no lag is removed.",
     )
 
@@ -56,14 +56,14 @@ def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
         caption="Latency: from the newest sample's capture to the result [ms]",
         head="method",
         columns=("median", "99 %", "longest"),
-        rows=tuple(
+        rows=[
             number_row(
                 method_label(name),
                 [1000.0 * float(q) for q in np.percentile(each.latency_s, [50, 99, 100])],
                 0,
             )
             for name, each in estimates.items()
-        ),
+        ],
         note="fused: measured by the live node, including computation. All others were run on the "
         "recording: time waiting for samples, without computation.",
     )
@@ -82,7 +82,7 @@ def source_table(name: str, estimates: EstimateSeries) -> Table:
         caption=f"Source of each degree of freedom: {method_label(name)} [% of its instants]",
         head="degree of freedom",
         columns=tuple(SOURCE_NAMES.values()),
-        rows=tuple(rows),
+        rows=rows,
     )
 
 

@@ -1,0 +1,52 @@
+"""Options that several benchmarks have."""
+
+import argparse
+import os
+from pathlib import Path
+
+from pose_core.errors import InputError
+
+
+def add_number(
+    parser: argparse.ArgumentParser, name: str, default: float, metavar: str, meaning: str
+) -> None:
+    """Declare an option that is a number of the default's type; its help shows the default."""
+    text = f"{meaning} ({default:.10g})"
+    parser.add_argument(name, type=type(default), default=default, metavar=metavar, help=text)
+
+
+def add_motion_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare the option ``--motion``, folders of clips; none: the bundled ones."""
+    parser.add_argument(
+        "--motion",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="folder of clips (.npz, .bvh), see pose_sim; may be given again (default: the "
+        "bundled ones)",
+    )
+
+
+def add_jobs_argument(parser: argparse.ArgumentParser, most: int | None = None) -> None:
+    """Declare the option ``--jobs``: by default as many as there are cores, up to ``most``."""
+    cores = os.cpu_count() or 1
+    parser.add_argument(
+        "--jobs",
+        type=jobs,
+        default=min(most or cores, cores),
+        metavar="N",
+        help="processes at once (default: %(default)s)",
+    )
+
+
+def jobs(text: str) -> int:
+    """The value of ``--jobs``.
+
+    Raises:
+        InputError: If it is not positive.
+    """
+    count = int(text)
+    if count < 1:
+        raise InputError(f"jobs = {count}: expected 1 or more")
+    return count
