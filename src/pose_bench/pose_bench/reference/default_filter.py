@@ -6,7 +6,9 @@ Written from the equations that ``pose_core.filter`` documents, with full matric
 :math:`P \leftarrow F P F^T + Q`, Joseph's form of the update, no shortcut by zeros.
 """
 
+from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -38,8 +40,19 @@ LARGEST_STDDEV = 1.2  # [rad]
 LONGEST_GAP_S, CAMERA_TIMEOUT_S = 0.1, 0.15
 DELAYS_S = (-0.02, 0.2)
 DELAY_GAIN = 2.2
+DEPTH_MEMORY_S, DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 1.0, 10.0, 3.0
+LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
 WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
 SMOOTHED_NIS_CLIP, CONTRADICTED, MEAN_NIS_CLIP, LOST_NIS = 400.0, 25.0, 9.0, 25.0  # [-]
+
+
+class Update(NamedTuple):
+    """Result of a measurement update."""
+
+    weights: FloatArray  # (groups,) [-]
+    nis: FloatArray  # (groups,) [-]
+    shared: float  # [-] the estimated error that the rows share
+    shared_variance: float  # [-]
 
 
 class ReferenceFilter:
@@ -80,6 +93,10 @@ class ReferenceFilter:
         state.offset[:] *= keep_offset
         renewed = (1.0 - keep_offset**2) * motion.offset_variance
         state.offset_variance[:] = keep_offset**2 * state.offset_variance + renewed
+        kept = np.exp(-dt_s / DEPTH_MEMORY_S)
+        state.depth_error[:] *= kept
+        renewed = (1.0 - kept**2) * state.depth_error_power
+        state.depth_error_variance[:] = kept**2 * state.depth_error_variance + renewed
         state.silent_s[:] += dt_s
 
     def update_with_imus(self, imus: ImuFrame) -> FloatArray:
@@ -89,7 +106,7 @@ class ReferenceFilter:
         if len(imus.links) == 0:
             return information
         groups = list(imu_groups(self.constants.imu, self.state, imus))
-        weights, _ = robust_update(self.state, groups, self.constants.imu_update)
+        weights = robust_update(self.state, groups, self.constants.imu_update).weights
         for group, weight in zip(groups[::2], weights[::2], strict=True):
             information[group.source] += weight * np.linalg.inv(group.noise)
         return information
@@ -99,10 +116,12 @@ class ReferenceFilter:
         state, camera = self.state, self.constants.camera
         view = view_of(camera, state, frame)
         joints = list(camera_groups(camera, state, frame, view))
-        spread = [np.trace(group.H @ state.P @ group.H.T) for group in joints]
+        spread = [group.H @ state.P @ group.H.T for group in joints]
         groups = [*joints, *posture_groups(self.constants, state)]
-        weights, distance = robust_update(state, groups, self.constants.frame_update)
-        self._estimate_offsets(frame, view, joints, np.array(spread), weights)
+        update = robust_update(state, groups, self.constants.frame_update)
+        weights, distance = update.weights, update.nis
+        joints = self._estimate_depth_errors(frame, view, joints, spread, update)
+        self._estimate_offsets(frame, view, joints, spread, weights)
         self._estimate_delay(frame, view, joints, weights)
         if joints:
             self._estimate_shared_offsets(frame.sensor, view)
@@ -134,12 +153,45 @@ class ReferenceFilter:
             Q[own : own + 4, own : own + 4] = dt_s * np.diag(walk)
         return Q
 
+    def _estimate_depth_errors(
+        self,
+        frame: CameraFrame,
+        view: PlainView,
+        joints: list[Group],
+        spread: list[FloatArray],
+        update: Update,
+    ) -> list[Group]:
+        """Update this view's errors along its rays; the joints without the shared one."""
+        state, sensor = self.state, frame.sensor
+        gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
+        variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
+        state.depth_error[sensor] += np.sqrt(variance) * update.shared
+        state.depth_error_variance[sensor] = variance * update.shared_variance
+        squared = state.depth_error[sensor] ** 2 + state.depth_error_variance[sensor]
+        power += (1.0 - np.exp(-gap_s / DEPTH_LEARNING_S)) * (squared - power)
+        state.depth_error_power[sensor] = max(power, LEAST_DEPTH_VARIANCE)
+        if not joints:
+            return joints
+        left = [replace(g, residual=g.residual - update.shared * g.shared) for g in joints]
+        excess = []
+        for group, predicted in zip(left, spread, strict=True):
+            ray = view.positions[group.source] - frame.camera
+            ray /= np.linalg.norm(ray)
+            noise = np.outer(group.residual, group.residual) - predicted
+            along = ray @ noise @ ray
+            excess.append(along - 0.5 * (np.trace(noise) - along))
+        mean = np.average(excess, weights=update.weights[: len(left)])
+        share = 1.0 - np.exp(-gap_s / DEPTH_NOISE_LEARNING_S)
+        noise = state.depth_noise[sensor]
+        state.depth_noise[sensor] = max(noise + share * (mean - noise), 0.0)
+        return left
+
     def _estimate_offsets(
         self,
         frame: CameraFrame,
         view: PlainView,
         joints: list[Group],
-        spread: FloatArray,
+        spread: list[FloatArray],
         weights: FloatArray,
     ) -> None:
         """Move this view's offset to the residual, and the others' so that the mean is kept."""
@@ -150,7 +202,7 @@ class ReferenceFilter:
         shares[frame.sensor] = 1.0
         for group, spread_of_it, weight in zip(joints, spread, weights, strict=False):
             variance = state.offset_variance[frame.sensor, group.source]
-            gain = 3.0 * variance / (np.trace(group.noise) / weight + spread_of_it)
+            gain = 3.0 * variance / (np.trace(group.noise) / weight + np.trace(spread_of_it))
             change = gain * view.heading().T @ group.residual
             state.offset[:, group.source] += np.outer(shares, change)
             state.offset_variance[frame.sensor, group.source] = (1.0 - gain) * variance
@@ -239,11 +291,10 @@ class ReferenceFilter:
         return count
 
 
-def robust_update(
-    state: FilterState, groups: list[Group], constants: UpdateConstants
-) -> tuple[FloatArray, FloatArray]:
-    """Robust measurement update; returns the groups' weights and NIS."""
+def robust_update(state: FilterState, groups: list[Group], constants: UpdateConstants) -> Update:
+    """Robust measurement update."""
     H, residual = np.vstack([g.H for g in groups]), np.concatenate([g.residual for g in groups])
+    c = np.concatenate([np.broadcast_to(g.shared, len(g.residual)) for g in groups])
     P, weights, distance = state.P, np.ones(len(groups)), np.empty(len(groups))
     starts = np.cumsum([0, *(len(group.residual) for group in groups)])
     rows = [slice(a, b) for a, b in pairwise(starts)]
@@ -254,24 +305,25 @@ def robust_update(
             weights[index] = np.clip((dof + size) / (dof + squared), constants.least_weight, 1.0)
 
     for index, (own, group) in enumerate(zip(rows, groups, strict=True)):
-        spread = H[own] @ P @ H[own].T + group.noise
+        spread = H[own] @ P @ H[own].T + np.outer(c[own], c[own]) + group.noise
         distance[index] = mahalanobis(residual[own], spread)
         reweight(index, distance[index])
     for iteration in range(constants.iterations):
         R = np.zeros((len(H), len(H)))
         for own, group, weight in zip(rows, groups, weights, strict=True):
             R[own, own] = group.noise / weight
-        S = H @ P @ H.T + R
+        S = H @ P @ H.T + np.outer(c, c) + R
         K = np.linalg.solve(S, H @ P).T
         if iteration == constants.iterations - 1:
             break
-        left = residual - H @ K @ residual
+        left = R @ np.linalg.solve(S, residual)
         for index, (own, group) in enumerate(zip(rows, groups, strict=True)):
             reweight(index, mahalanobis(left[own], group.noise))
     rest = np.eye(len(P)) - K @ H
-    state.P[:] = rest @ P @ rest.T + K @ R @ K.T
+    state.P[:] = rest @ P @ rest.T + K @ (R + np.outer(c, c)) @ K.T
     inject_error(state, K @ residual)
-    return weights, distance
+    gain = np.linalg.solve(S, c)
+    return Update(weights, distance, float(gain @ residual), float(1.0 - gain @ c))
 
 
 def mahalanobis(values: FloatArray, covariance: FloatArray) -> float:

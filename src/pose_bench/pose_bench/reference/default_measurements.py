@@ -36,6 +36,7 @@ class Group:
     noise: FloatArray  # (d, d)
     student_dof: float | None = None  # None: normal
     source: int = -1  # joint or link
+    shared: FloatArray | float = 0.0  # (d,) derivatives with respect to an error of all groups
 
 
 @dataclass(kw_only=True)
@@ -164,10 +165,15 @@ def camera_groups(
             continue
         offset = view.heading() @ (state.offset[frame.sensor, joint] + state.shared_offset[joint])
         H, shift, unfitted = joint_regression(constants.body, state, frame.late_s, view, joint)
+        ray = view.positions[joint] - frame.camera
+        ray /= np.linalg.norm(ray)
+        noise = joint_variance(constants, state, frame, view, joint) * np.eye(3) + unfitted
+        error, variance = state.depth_error[frame.sensor], state.depth_error_variance[frame.sensor]
         yield Group(
             H=H,
-            residual=seen - view.positions[joint] - shift - offset,
-            noise=joint_variance(constants, state, frame, view, joint) * np.eye(3) + unfitted,
+            residual=seen - view.positions[joint] - shift - offset - error * ray,
+            noise=noise + state.depth_noise[frame.sensor] * np.outer(ray, ray),
+            shared=np.sqrt(variance) * ray,
             student_dof=constants.student_dof,
             source=joint,
         )
