@@ -119,6 +119,17 @@ class BodyModel:
         return tuple(self.links)
 
     @cached_property
+    def link_index(self) -> dict[str, int]:
+        """Index of each link."""
+        return {name: index for index, name in enumerate(self.links)}
+
+    @cached_property
+    def parents(self) -> NDArray[np.int64]:
+        """Index of each link's parent; −1 for the root."""
+        parents = [link.parent for link in self.links.values()]
+        return np.array([-1 if name is None else self.link_index[name] for name in parents])
+
+    @cached_property
     def link_joints(self) -> NDArray[np.int64]:
         """Index of the joint that each link rotates about; −1 for the root."""
         joints = [link.joint for link in self.links.values()]
@@ -139,10 +150,8 @@ class BodyModel:
     @cached_property
     def limits(self) -> FloatArray:
         """Lower and upper limit of each joint angle, shape (angles, 2) [rad]."""
-        by_name = {
-            dof.name: (dof.lower, dof.upper) for link in self.links.values() for dof in link.dof
-        }
-        return np.array([by_name[name] for name in self.angle_names])
+        dof = {each.name: each for link in self.links.values() for each in link.dof}
+        return np.array([[dof[name].lower, dof[name].upper] for name in self.angle_names])
 
 
 def available_models() -> list[str]:

@@ -31,25 +31,23 @@ class SegmentTree:
 
     def __init__(self, model: BodyModel, shape: BodyShape) -> None:
         self.model = model
-        names = model.link_names
-        index = {name: i for i, name in enumerate(names)}
-        links = list(model.links.values())
-        self.parents = np.array([-1 if k.parent is None else index[k.parent] for k in links])
-        self.offsets = np.zeros((len(JOINTS), len(names), 3))
+        self.parents = model.parents
+        self.offsets = np.zeros((len(JOINTS), len(model.links), 3))
         """Offset of each link to each joint in the links' axes, (15, links, 3) [m]."""
         self.slides = np.zeros((len(JOINTS), len(model.sliding)))
         """(15, sliding joints): 1 if a joint moves with a sliding joint."""
-        for joint in JOINTS:
-            self._walk(joint, JOINT_INDEX[joint], shape, index)
-        self.sliding_links = np.array([index[model.joints[j].link] for j in model.sliding], int)
+        for row, joint in enumerate(JOINTS):
+            self._walk(joint, row, shape)
+        sliding_links = [model.link_index[model.joints[j].link] for j in model.sliding]
+        self.sliding_links = np.array(sliding_links, int)
         """(sliding joints,): the link that each slides in."""
 
-    def _walk(self, joint: str, row: int, shape: BodyShape, index: dict[str, int]) -> None:
+    def _walk(self, joint: str, row: int, shape: BodyShape) -> None:
         """Add up the offsets from a joint down to the root."""
         at: str | None = joint
         while at is not None:
             link = self.model.joints[at].link
-            self.offsets[row, index[link]] += shape.offsets[JOINT_INDEX[at]]
+            self.offsets[row, self.model.link_index[link]] += shape.offsets[JOINT_INDEX[at]]
             if at in self.model.sliding:
                 self.slides[row, self.model.sliding.index(at)] = 1.0
             at = self.model.links[link].joint
@@ -60,7 +58,7 @@ class SegmentTree:
         links = list(self.model.links.values())
         hinges = np.array([i for i, link in enumerate(links) if len(link.dof) == 1], np.int64)
         return Hinges(
-            parents=self.parents[hinges].astype(np.int64),
+            parents=self.parents[hinges],
             links=hinges,
             signs=np.array([sum(links[i].dof[0].axis) for i in hinges], float),
         )

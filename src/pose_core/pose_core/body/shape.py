@@ -19,8 +19,8 @@ from pose_core.body.average_body import neutral_pose
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
-from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean
-from pose_core.joints import JOINT_INDEX, JOINTS, OTHER_SIDE, SIDES
+from pose_core.finite_numbers import are_known, nan_mean, robust_stddev
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, JOINTS, OTHER_SIDE
 from pose_core.plain_yaml import dump_yaml, read_yaml
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
@@ -28,8 +28,7 @@ SMALLEST_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
 MIN_SAMPLES = 10  # [-] for the outlier test
 MIN_MEASURED = 5  # [-] joints that determine the size of an average body
 UPRIGHT = np.radians(25.0)  # [rad] largest angle between thigh and trunk of a standing person
-HIPS, KNEES = ([JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "knee"))
-ARM_ENDS = [JOINT_INDEX[f"{side}_{name}"] for side in SIDES for name in ("elbow", "hand")]
+ARM_ENDS = JOINT_PAIRS["elbow"] + JOINT_PAIRS["hand"]
 LONGEST_BONE = 1.0  # [m] plausibility limit
 
 
@@ -94,7 +93,7 @@ def estimate_body_shape(
                 raise
             unseen = unseen or error
     offsets = _symmetric(offsets)
-    measured = np.asarray(np.isfinite(offsets).all(axis=1))
+    measured = are_known(offsets)
     if unseen is not None and measured.sum() < MIN_MEASURED:
         raise unseen
     return _complete(model, offsets, measured)
@@ -158,7 +157,7 @@ def _upright(in_trunk: FloatArray) -> FloatArray:
     Args:
         in_trunk: Joints in the trunk's axes, shape (n, 15, 3) [m].
     """
-    thighs = in_trunk[:, KNEES] - in_trunk[:, HIPS]
+    thighs = in_trunk[:, JOINT_PAIRS["knee"]] - in_trunk[:, JOINT_PAIRS["hip"]]
     hang = -thighs[..., 2] > np.cos(UPRIGHT) * np.linalg.norm(thighs, axis=-1)
     upright = in_trunk[hang.all(axis=1)]
     return upright if len(upright) >= MIN_SAMPLES else in_trunk
@@ -181,7 +180,7 @@ def _robust_mean(name: str, values: FloatArray) -> float:
             "needed: stand where the sensors see the whole body"
         )
     deviations = np.abs(values - np.median(values))
-    spread = max(MAD_TO_STDDEV * float(np.median(deviations)), SMALLEST_SPREAD)
+    spread = max(float(robust_stddev(deviations)), SMALLEST_SPREAD)
     return float(np.mean(values[deviations <= OUTLIER * spread]))
 
 

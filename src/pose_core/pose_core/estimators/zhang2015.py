@@ -122,7 +122,7 @@ class Zhang2015Estimator(StepwiseEstimator):
             dof = np.arange(3, ROOT_DOF)
         else:
             dof = np.array([self.model.dof_index[each.name] for each in link.dof])
-            parent = pose.rotations[self.model.link_names.index(link.parent)]
+            parent = pose.rotations[self.model.link_index[link.parent]]
             relative = parent.T @ pose.rotations[index]
             pose.position[dof] = link_angles(link, relative, before[dof])
         if weight is None:

@@ -17,7 +17,6 @@ from pose_core.imu.exchange_check import ExchangeCheck
 from pose_core.imu.heading_walk import SOUND
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
-from pose_core.imu.sensor_alignment import AlignmentTuning
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.slip_check import SlipCheck
 from pose_core.stamps import NS_PER_S
@@ -28,6 +27,7 @@ LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] a longer gap may be such a restart
 LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
+COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
 SYSTEMATIC_STDDEV = np.radians([3.3, 3.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
 noise; as measured on captured motion (docs/imus.md)."""
@@ -45,10 +45,9 @@ class ImuAlignments:
 
     def __init__(self, model: BodyModel, spine_bend: Mapping[str, float]) -> None:
         self._model = model
-        self._tuning = AlignmentTuning()
         self._exchanges = ExchangeCheck()
         self._slips = SlipCheck()
-        self._imus = WornImus(model, self._tuning, spine_bend)
+        self._imus = WornImus(model, spine_bend)
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._instants = 0
         self._observed_ns: int | None = None
@@ -161,7 +160,8 @@ class ImuAlignments:
         dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
         for row, worn in self._imus.with_link(imus.segments):
             if worn.use.is_aligned:
-                self._check(worn, state)
+                if self._is_contradicted(worn, state):
+                    self._forget(worn, state)
                 continue
             if stamp_ns < worn.slipping_until_ns:
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
@@ -196,19 +196,12 @@ class ImuAlignments:
                 worn.use.is_unlike = worn.alignment.is_unlike
                 if worn.use.is_unlike and known is not None:  # it has been strapped on anew since
                     worn.use.contradictions += 1
-                    worn.former_alignment = None
-                    self._sensor_to_segment.pop(worn.use.segment, None)
+                    self._forget_known(worn)
                 if found is None:
                     continue
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
-                covariance = self._tuning.covariance_factor * found.covariance
-                state = with_imu(
-                    state,
-                    worn.link,
-                    found.R_sensor_link,
-                    found.heading,
-                    covariance,
-                )
+                covariance = COVARIANCE_FACTOR * found.covariance
+                state = with_imu(state, worn.link, found.R_sensor_link, found.heading, covariance)
             self._store_uncertainty(worn, state)
         return state
 
@@ -224,18 +217,9 @@ class ImuAlignments:
             if there is not None:
                 if worn.use.is_known:
                     self._set_aside(worn, state)
-                worn.former_alignment = None
-                self._sensor_to_segment.pop(worn.use.segment, None)
+                self._forget_known(worn)
                 self._imus.wear(worn.use.segment, there)
         self._exchanges = ExchangeCheck()  # its sums are of the former segments
-
-    def _check(self, worn: WornImu, state: FilterState) -> None:
-        """Realign an IMU that the cameras contradict, after its parent's."""
-        if state.contradicted_s[worn.link] < CONTRADICTED_S:
-            return
-        if self._is_parent_contradicted(worn, state):
-            return
-        self._forget(worn, state)
 
     @staticmethod
     def _has_slipped(worn: WornImu, imus: ImuMeasurements) -> bool:
@@ -245,10 +229,14 @@ class ImuAlignments:
     def _forget(self, worn: WornImu, state: FilterState) -> None:
         """Discard an IMU's alignment after it slipped."""
         worn.use.contradictions += 1
-        worn.former_alignment = None
-        self._sensor_to_segment.pop(worn.use.segment, None)
+        self._forget_known(worn)
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
+
+    def _forget_known(self, worn: WornImu) -> None:
+        """Discard what is known of an IMU's mounting before it is aligned."""
+        worn.former_alignment = None
+        self._sensor_to_segment.pop(worn.use.segment, None)
 
     def _slip_as_known(self, stamp_ns: int, worn: WornImu, state: FilterState) -> None:
         """Exclude an IMU while it slips, where this is known in advance."""
@@ -291,14 +279,13 @@ class ImuAlignments:
         apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
         return float(mean) if np.median(apart) < MAX_HEADING_DEVIATION else None
 
-    def _is_parent_contradicted(self, worn: WornImu, state: FilterState) -> bool:
-        """Whether the parent link has an aligned IMU that is contradicted too."""
-        parent = self._model.links[self._model.link_names[worn.link]].parent
-        if parent is None:
+    def _is_contradicted(self, worn: WornImu, state: FilterState) -> bool:
+        """Whether the cameras contradict an IMU, and not an aligned one on the parent link."""
+        if state.contradicted_s[worn.link] < CONTRADICTED_S:
             return False
-        above = self._model.link_names.index(parent)
+        above = self._model.parents[worn.link]
         has_imu = any(e.link == above and e.use.is_aligned for e in self._imus)
-        return has_imu and bool(state.contradicted_s[above] > 0.5 * CONTRADICTED_S)
+        return not (has_imu and state.contradicted_s[above] > 0.5 * CONTRADICTED_S)
 
     @staticmethod
     def _alignment_of(worn: WornImu, state: FilterState) -> SensorToSegment:
@@ -316,6 +303,4 @@ class ImuAlignments:
         """Store an aligned IMU's uncertainty, with the part that no average reduces."""
         column = int(state.imu_column[worn.link])
         filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
-        x, y, z, heading = np.sqrt(filtered + SYSTEMATIC_STDDEV**2)
-        worn.use.tilt_stddev, worn.use.turn_stddev = float(max(x, y)), float(z)
-        worn.use.heading_stddev = float(heading)
+        worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)

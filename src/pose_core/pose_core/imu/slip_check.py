@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.finite_numbers import are_known
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
-from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, SIDES
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, LIMB_JOINTS, SEGMENT_ENDS, SIDES
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = 160_000_000  # [ns] between two frames of a camera: their errors are correlated
@@ -40,12 +41,11 @@ SLIP_STDDEV = 0.5  # [rad] prior of a slip
 LEAST_GAIN = 12.0  # [-] of the squared distance; without slips, 7 of 379 IMUs had more
 LEAST_SHARE = 0.33  # [-] of it, for each camera
 
-_KNEES = {
-    f"{side}_{segment}": [JOINT_INDEX[f"{side}_{joint}"] for joint in ("hip", "knee", "foot")]
-    for side in SIDES
+_LEGS = {
+    f"{side}_{segment}": [JOINT_PAIRS[joint][k] for joint in LIMB_JOINTS[0]]
+    for k, side in enumerate(SIDES)
     for segment in ("thigh", "shank")
 }
-_SHOULDERS = [JOINT_INDEX[f"{side}_shoulder"] for side in SIDES]
 _MISSING = len(JOINT_INDEX)  # index of a joint that is never measured
 
 
@@ -95,9 +95,9 @@ class SlipCheck:
             axes, variance = (each[rows] for each in self._axes(positions[sensor]))
             weighted = (axes @ R_map_sensor) / (variance + late_variance)[..., None]
             weight = 1.0 / (variance + late_variance)
-            known = np.isfinite(weighted).all(axis=2)
-            self._now[sensor, rows, :, :3] += np.where(known[..., None], weighted, 0.0)
-            self._now[sensor, rows, :, 3] += np.where(known, weight, 0.0)
+            is_known = are_known(weighted)
+            self._now[sensor, rows, :, :3] += np.where(is_known[..., None], weighted, 0.0)
+            self._now[sensor, rows, :, 3] += np.where(is_known, weight, 0.0)
 
     def forget(self, segment: str) -> None:
         """Restart with a segment whose IMU is aligned anew."""
@@ -139,8 +139,8 @@ class SlipCheck:
         for row, name in enumerate(segments):
             if name in SEGMENT_ENDS:
                 self._ends[:, row] = [JOINT_INDEX[joint] for joint in SEGMENT_ENDS[name]]
-            if name in _KNEES:
-                self._knees[:, row] = _KNEES[name]
+            if name in _LEGS:
+                self._knees[:, row] = _LEGS[name]
 
     def _begin_bin(self, stamp_ns: int) -> None:
         self._bin_ns = stamp_ns
@@ -164,7 +164,7 @@ class SlipCheck:
             bend = np.linalg.norm(hinge, axis=1) / lengths
             variance[:, 1] = np.where(bend > LEAST_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
         if "torso" in self._row:
-            row, (left, right) = self._row["torso"], joints[_SHOULDERS]
+            row, (left, right) = self._row["torso"], joints[JOINT_PAIRS["shoulder"]]
             axes[row, 1], variance[row, 1] = left - right, DIRECTION_STDDEV**2
         with np.errstate(invalid="ignore"):
             return axes / np.linalg.norm(axes, axis=2, keepdims=True), variance
