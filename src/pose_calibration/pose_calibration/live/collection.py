@@ -206,13 +206,8 @@ class Collection:
     def _conclude(self, extrinsics: Extrinsics, observed_s: float) -> Extrinsics:
         """Decide whether that was the last solution, which then has the body measures too."""
         parameters = self._parameters
-        self.advice, self.progress = what_is_missing(
-            extrinsics,
-            self.calibrator.memory.frames(),
-            parameters.sensors,
-            parameters.enough_rotation_stddev,
-            parameters.enough_position_stddev,
-        )
+        frames = self.calibrator.memory.frames()
+        self.advice, self.progress = what_is_missing(extrinsics, frames, parameters)
         has_all = set(extrinsics.sensors) == set(parameters.sensors)
         is_enough = not self.advice or observed_s >= parameters.collect_duration
         self.is_complete = has_all and is_enough

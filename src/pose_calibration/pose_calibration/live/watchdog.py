@@ -20,7 +20,7 @@ import numpy as np
 
 from pose_calibration.extrinsics.frame_memory import tracked_positions
 from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
-from pose_core.finite_numbers import MAD_TO_STDDEV, nan_median
+from pose_core.finite_numbers import are_known, nan_median, robust_stddev
 from pose_core.stamps import NS_PER_S
 
 BLOCK_NS = NS_PER_S
@@ -107,7 +107,7 @@ class Watchdog:
                 for name, own in zip(self._sensors, seen, strict=True)
             ]
         )
-        is_known = np.asarray(np.isfinite(places).all(axis=2))
+        is_known = are_known(places)
         filled = np.where(is_known[..., None], places, 0.0)
         others = is_known.sum(axis=0) - is_known
         mean = (filled.sum(axis=0) - filled) / np.maximum(others, 1)[..., None]
@@ -170,7 +170,5 @@ def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
     At least that of four independent blocks, since thirty blocks have few rows of four.
     """
     rows = np.lib.stride_tricks.sliding_window_view(blocks, NEWEST_BLOCKS, axis=0).mean(axis=-1)
-    of_means, of_blocks = (
-        MAD_TO_STDDEV * nan_median(np.abs(some - baseline)).max(axis=1) for some in (rows, blocks)
-    )
+    of_means, of_blocks = (robust_stddev(some - baseline).max(axis=1) for some in (rows, blocks))
     return np.fmax(of_means, of_blocks / np.sqrt(NEWEST_BLOCKS))
