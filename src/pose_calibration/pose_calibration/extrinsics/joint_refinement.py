@@ -25,6 +25,7 @@ from scipy.spatial.transform import Rotation
 from pose_calibration.geometry.rigid_transform import MAXWELL_MEDIAN, TUKEY
 from pose_core.api import FloatArray, transformed
 from pose_core.body.kinematics import skew
+from pose_core.finite_numbers import are_known
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 OFFSET_STDDEV_M = 0.012  # [m] prior of an offset in the body, per axis and sensor
@@ -69,7 +70,7 @@ def body_axes(positions: FloatArray) -> FloatArray:
     trunk = at["neck"] - 0.5 * (at["left_hip"] + at["right_hip"])
     lateral = np.nan_to_num(at["left_hip"] - at["right_hip"])
     lateral = lateral + np.nan_to_num(at["left_shoulder"] - at["right_shoulder"])
-    known = np.isfinite(trunk).all(axis=1) & (np.linalg.norm(lateral, axis=1) > 0.05)
+    known = are_known(trunk) & (np.linalg.norm(lateral, axis=1) > 0.05)
     if not known.any():
         return np.tile(np.eye(3), (len(positions), 1, 1))
     up = np.median(trunk[known], axis=0)
@@ -95,8 +96,9 @@ class JointRefinement:
     def __init__(
         self, positions: FloatArray, speeds: FloatArray, T_reference_sensor: FloatArray
     ) -> None:
-        is_known = np.isfinite(positions).all(axis=3)
+        is_known = are_known(positions)
         is_known &= (is_known.sum(axis=1) >= 2)[:, None]  # at least two views are needed to compare
+        is_in_any = np.asarray(is_known.any(axis=1))
         self._is_known = is_known
         self._z = np.where(is_known[..., None], positions, 0.0)
         length = np.linalg.norm(self._z, axis=3, keepdims=True)
@@ -108,10 +110,10 @@ class JointRefinement:
         self._size = 6 * (count - 1)
         self._axes = np.zeros((len(is_known), 3, 3))
         mean = self._mean(is_known.astype(float))
-        self._axes = body_axes(np.where(is_known.any(axis=1)[..., None], mean, np.nan))
-        self._variance = self._expected_variance(np.asarray(speeds))
-        self._share = observation_share(mean, self._axes, is_known.any(axis=1))
-        self._centre = mean[is_known.any(axis=1)].mean(axis=0)
+        self._axes = body_axes(np.where(is_in_any[..., None], mean, np.nan))
+        self._variance = self._expected_variance(speeds)
+        self._share = observation_share(mean, self._axes, is_in_any)
+        self._centre = mean[is_in_any].mean(axis=0)
         self._robust = is_known.astype(float)
         self._scale = 1.0
         # Jacobian of a joint's positions by the state: constant entries are filled in once.

@@ -20,7 +20,7 @@ import numpy as np
 
 from pose_calibration.extrinsics.frame_memory import tracked_positions
 from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
-from pose_core.finite_numbers import MAD_TO_STDDEV
+from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.stamps import NS_PER_S
 
 WINDOW_NS = 10 * NS_PER_S
@@ -148,7 +148,7 @@ def _corrections(
             transformed(extrinsics.T_reference_sensor[name], own)
             for name, own in zip(pair, tracked_positions(frame, pair), strict=True)
         )
-        is_known = np.isfinite(one + other).all(axis=1)
+        is_known = are_known(one + other)
         if is_known.sum() >= LEAST_JOINTS:
             window = (frame.stamp_ns - frames[0].stamp_ns) // WINDOW_NS
             windows.setdefault(window, []).append(np.hstack([one, other])[is_known])
@@ -182,8 +182,8 @@ def _step(corrections: FloatArray) -> tuple[int, FloatArray] | None:
     for split in range(LEAST_WINDOWS, count - LEAST_WINDOWS + 1):
         before, after = corrections[:split], corrections[split:]
         middles = np.median(before, axis=0), np.median(after, axis=0)
-        apart = np.abs(np.vstack([before - middles[0], after - middles[1]]))
-        stddev = MAD_TO_STDDEV * np.median(apart, axis=0) + SMALLEST_STDDEV
+        apart = np.vstack([before - middles[0], after - middles[1]])
+        stddev = robust_stddev(apart) + SMALLEST_STDDEV
         change = middles[1] - middles[0]
         of_change = stddev * np.sqrt(1.0 / split + 1.0 / (count - split))
         deviations = float(np.sqrt(np.mean((change / of_change) ** 2)))

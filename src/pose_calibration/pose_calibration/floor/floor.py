@@ -23,8 +23,8 @@ import numpy as np
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, FloorEstimate, rigid_transform
-from pose_core.finite_numbers import MAD_TO_STDDEV
-from pose_core.joints import JOINT_INDEX
+from pose_core.finite_numbers import robust_stddev
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS
 
 ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
 FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height between positions
@@ -79,7 +79,7 @@ def estimate_floor(
     positions = positions.reshape(-1, *positions.shape[-2:])
     directions = _upright_directions(positions)
     up, up_stddev, source = _first_guess(directions, mounting, gravity)
-    feet = positions[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
+    feet = positions[:, JOINT_PAIRS["foot"]]
     sole, slope_stddev, height_stddev = np.nan, up_stddev, np.inf
     standing = _lower_feet(feet, up)
     if len(standing) >= MIN_UPRIGHT_FRAMES:
@@ -192,7 +192,7 @@ def _plane(
         covariance = np.linalg.inv(design.T @ (design * weights[:, None]) + prior)
         solution = covariance @ (design.T @ (weights * h))
     # Feet that are not on a plane, on boxes or of a crawling person, tell less.
-    scatter = float(MAD_TO_STDDEV * np.median(np.abs(h - design @ solution)))
+    scatter = float(robust_stddev(h - design @ solution))
     excess = max(1.0, scatter / PLANE_SCATTER_M) ** 2
     slope_covariance = covariance[:2, :2] + np.tan(FOOT_SLOPE_STDDEV) ** 2 * np.eye(2)
     body_covariance = np.tan(up_stddev) ** 2 * np.eye(2)

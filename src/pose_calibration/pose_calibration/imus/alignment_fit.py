@@ -31,7 +31,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
 from pose_core.api import FloatArray, SensorToSegment
-from pose_core.finite_numbers import mean_known
+from pose_core.finite_numbers import are_known, mean_known
 from pose_core.joints import SIDES
 
 AXIS_STDDEV = math.radians(5.0)  # [rad] of a limb's direction measured by the cameras
@@ -228,7 +228,7 @@ class _Fit:
 
 def _repeated(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatArray) -> _Residuals:
     """Select the known residuals; successive instants are correlated."""
-    known = np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
+    known = are_known(residual) & are_known(jacobian).all(axis=1)
     return _Residuals(
         columns=columns,
         residual=residual[known],

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pose_core.api import FloatArray, joint_angles
 from pose_core.body.trunk import PAIRS, mid_hip, standing_heading
-from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean, nan_median
+from pose_core.finite_numbers import nan_mean, nan_median, robust_stddev
 from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES, TrackingState
 from pose_core.stamps import NS_PER_S
 
@@ -78,7 +78,7 @@ class NPoseDetector:
         with np.errstate(invalid="ignore"):
             known = (count >= LEAST_SAMPLES)[..., None]
             median = np.where(known, nan_median(views), np.nan)
-            deviation = MAD_TO_STDDEV * nan_median(np.abs(views - median))
+            deviation = robust_stddev(views - median)
             spread = np.where(known, deviation, np.nan)
         moving = np.nanmin(np.where(np.isfinite(spread), spread, np.inf), axis=0).max(axis=-1)
         if np.sum(moving > STILL_STDDEV) > MOST_MOVING:

@@ -217,8 +217,7 @@ def _axes(
     """Long axes and lines, (n, s, 3), of joints [m], (n, 15, 3); NaN without the trunk's axes."""
     long, line = np.full((2, len(joints), len(segments), 3), np.nan)
     trunk = trunk_axes(joints)
-    is_known = np.asarray(np.isfinite(trunk).all(axis=(1, 2)))
-    joints = np.where(is_known[:, None, None], joints, np.nan)
+    joints = np.where(np.isfinite(trunk[:, :1, :1]), joints, np.nan)
     for i, segment in enumerate(segments):
         start, end = model.ends(model.segments[segment])
         direction = model.joints[end].direction

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
 from pose_calibration.clocks.motion_track import SLOW_S, Track, without_slow
 from pose_core.api import FloatArray, ImuBlock
+from pose_core.finite_numbers import are_known
 from pose_core.imu.burst_stamps import BurstStamps
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.stamps import JUMP_BACK_NS
@@ -229,7 +230,7 @@ def _limb(
     margin = np.arange(-reach, 0) / GRID_RATE
     wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
     up = vertical.at(wide)
-    is_seen, is_up_known = np.isfinite(inclination), np.asarray(np.isfinite(up).all(axis=1))
+    is_seen, is_up_known = np.isfinite(inclination), are_known(up)
     fast_inclination = _without_slow(inclination[:, None], is_seen)[:, 0]
     fast_up = _without_slow(up, is_up_known)
     if is_seen.sum() < LEAST_S * GRID_RATE or fast_inclination[is_seen].std() < LEAST_SWING:

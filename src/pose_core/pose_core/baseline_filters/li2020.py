@@ -17,6 +17,7 @@ from pose_core.body.kinematics import ForwardKinematics, left_jacobian
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
+from pose_core.finite_numbers import are_known
 from pose_core.parameters import parameter
 
 FRAME_PERIOD_S = 1.0 / 30.0  # for which the constant Q is defined
@@ -152,7 +153,7 @@ class Li2020Filter:
         self._bound_turns()
         self._re_reference()
         distance = np.linalg.norm((fused - measurement.mean).reshape(-1, 3), axis=-1)
-        return np.where(np.isfinite(measured).all(axis=2).any(axis=0), distance, np.nan)
+        return np.where(are_known(measured).any(axis=0), distance, np.nan)
 
     def _process_noise(self) -> FloatArray:
         from filterpy.common import Q_discrete_white_noise  # imports scipy.stats, see unscented

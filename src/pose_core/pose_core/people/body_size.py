@@ -6,7 +6,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.body.shape import BodyShape
-from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean, nan_median
+from pose_core.finite_numbers import nan_mean, nan_median, robust_stddev
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.streams.samples import SkeletonSample
 
@@ -80,7 +80,7 @@ class _SensorLengths:
             count = np.isfinite(rows).sum(axis=0)
             is_known = count >= LEAST_MEASUREMENTS
             median = np.where(is_known, nan_median(rows), np.nan)
-            scatter = MAD_TO_STDDEV * nan_median(np.abs(rows - median))
+            scatter = robust_stddev(rows - median)
             frames = np.maximum(count * self.every, 1.0)
             variance = scatter**2 / np.maximum(frames / SCATTER_FRAMES, 1.0)
             self._summary = _Summary(median=median, variance=variance, frames=frames)

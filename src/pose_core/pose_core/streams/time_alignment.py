@@ -18,6 +18,7 @@ import numpy as np
 
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
+from pose_core.finite_numbers import are_known
 from pose_core.joints import TrackingState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 from pose_core.streams.samples import SkeletonSample
@@ -299,7 +300,7 @@ def interpolate(before: SkeletonSample, after: SkeletonSample, stamp_ns: int) ->
     share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)  # [-] 0..1
     positions = before.positions + share * (after.positions - before.positions)  # li2020 (2)
     state = np.minimum(before.tracking_state, after.tracking_state)
-    known = np.isfinite(positions).all(axis=1) & (state != int(TrackingState.NOT_TRACKED))
+    known = are_known(positions) & (state != int(TrackingState.NOT_TRACKED))
     return replace(
         after,
         stamp_ns=stamp_ns,
