@@ -156,20 +156,15 @@ def _log_likelihood_ratio(
         return None
     difference, variance = difference[known], variance[known]
     # A difference common to all lengths is what distinguishes people best.
-    common = _weighted_median(difference, 1.0 / variance)
+    order = np.argsort(difference)
+    weight = np.cumsum(1.0 / variance[order])
+    common = float(difference[order][np.searchsorted(weight, 0.5 * weight[-1])])  # median
     own = difference - common
     common_variance += 1.5 / float((1.0 / variance).sum())
     ratio = _log_student(own, variance) - _log_student(own, variance + PEOPLE_SPREAD**2)
     variances = np.array([common_variance, common_variance + PEOPLE_COMMON**2])
     of_common = -0.5 * (common**2 / variances + np.log(variances))
     return float(ratio.sum() + of_common[0] - of_common[1])
-
-
-def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
-    """Value that half of the weight does not exceed."""
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(total, 0.5 * total[-1])])
 
 
 def _log_student(difference: FloatArray, variance: FloatArray) -> FloatArray:

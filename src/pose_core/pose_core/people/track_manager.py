@@ -9,7 +9,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.finite_numbers import nan_mean
-from pose_core.people.duplicate_tracks import DuplicateTracks
+from pose_core.people.encounters import DUPLICATE_M, DuplicateTracks, distance
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import CERTAIN, MOST_ABSENT, Reidentification
 from pose_core.stamps import JUMP_BACK_NS
@@ -34,21 +34,18 @@ class TrackManager:
     Args:
         counters: Of the tracker.
         reidentification: Compares people with those who are absent.
-        duplicates: Finds tracks that are of one person.
 
     Attributes:
         tracks: All tracks, in the order in which they began.
         newest_ns: Stamp of the newest frame [ns], on the reference's clock.
     """
 
-    def __init__(
-        self, counters: Counters, reidentification: Reidentification, duplicates: DuplicateTracks
-    ) -> None:
+    def __init__(self, counters: Counters, reidentification: Reidentification) -> None:
         self.tracks: list[PersonTrack] = []
         self.newest_ns = 0
         self._counters = counters
         self._reidentification = reidentification
-        self._duplicates = duplicates
+        self._duplicates = DuplicateTracks()
         self._next_number = 1
 
     def of(self, *presences: Presence) -> list[PersonTrack]:
@@ -186,7 +183,8 @@ class TrackManager:
         """Those who stand inside of nobody; the others are removed."""
         people: list[PersonTrack] = []
         for track in candidates:
-            if self._duplicates.is_duplicate(track, [*self.present, *people], stamp_ns):
+            others = [*self.present, *people]
+            if any(distance(other, track, stamp_ns) < DUPLICATE_M for other in others):
                 self._remove(track, "duplicates")
             else:
                 people.append(track)

@@ -15,11 +15,10 @@ from pose_core.counters import Counters
 from pose_core.finite_numbers import nan_mean
 from pose_core.joints import OTHER_SIDE
 from pose_core.people.association import GATE_M, associate
-from pose_core.people.duplicate_tracks import DuplicateTracks
+from pose_core.people.encounters import TrackSwaps
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import Reidentification
 from pose_core.people.track_manager import ABSENT_AFTER_S, Assigned, TrackManager
-from pose_core.people.track_swaps import TrackSwaps
 from pose_core.streams.clocks import Clocks, reference_stamp_ns
 from pose_core.streams.samples import SkeletonSample
 from pose_core.transforms import transformed
@@ -61,7 +60,7 @@ class PeopleTracker:
         )
         self._reidentification = Reidentification(self.counters)
         self._swaps = TrackSwaps()
-        self._manager = TrackManager(self.counters, self._reidentification, DuplicateTracks())
+        self._manager = TrackManager(self.counters, self._reidentification)
 
     @property
     def tracks(self) -> Sequence[PersonTrack]:
@@ -187,8 +186,7 @@ class PeopleTracker:
         self, track: PersonTrack, sample: SkeletonSample, joints: FloatArray, stamp_ns: int
     ) -> list[Assigned]:
         """Add a skeleton to the track of a person in view."""
-        view = track.views.get(sample.sensor)
-        if view is not None and view.person != sample.person:
+        if sample.sensor in track.views and not track.is_called(sample.person, sample.sensor):
             self.counters.add("sensor_ids_changed")
         track.update(stamp_ns, joints)
         track.note_detection(sample, stamp_ns)
@@ -225,11 +223,10 @@ class PeopleTracker:
     ) -> list[Assigned]:
         """Assign a skeleton of few joints by its id, if they are near; else it is a ghost."""
         for track in in_view:
-            view = track.views.get(sample.sensor)
-            is_same = view is not None and view.person == sample.person
             apart = np.linalg.norm(joints - track.predicted(stamp_ns), axis=1)
             known = apart[np.isfinite(apart)]
-            is_same &= not len(known) or bool(known.mean() <= GATE_M)
+            is_near = not len(known) or bool(known.mean() <= GATE_M)
+            is_same = is_near and track.is_called(sample.person, sample.sensor)
             if is_same and track.presence is Presence.PRESENT:
                 track.note_detection(sample, stamp_ns)
                 return [(track.number, sample)]
