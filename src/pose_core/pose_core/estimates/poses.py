@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.body.kinematics import BodyPose
 from pose_core.body.model import BodyModel
-from pose_core.estimates.body_estimates import EstimateBlock
+from pose_core.estimates.body_estimates import EstimateBlock, Source
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.published_state import PublishedState
 
@@ -27,6 +28,38 @@ class FusedPose:
     rotations: FloatArray  # (links, 3, 3): R_map_link
     joints: FloatArray  # (15, 3) [m] in map
     tracking_state: NDArray[np.uint8]  # (15,) best state over the sensors
+
+
+def pose_by_cameras(
+    position: FloatArray,
+    velocity: FloatArray,
+    variance: FloatArray,
+    is_seen: NDArray[np.bool_] | bool,
+    body: BodyPose,
+    tracking_state: NDArray[np.uint8],
+) -> FusedPose:
+    """A pose that cameras alone measure, by now or by prediction; see :class:`FusedPose`.
+
+    Args:
+        position: (d,).
+        velocity: (d,).
+        variance: (d,).
+        is_seen: Whether the cameras measure each degree of freedom, (d,), or all of them.
+        body: Its links and joints.
+        tracking_state: (15,).
+    """
+    seen = np.broadcast_to(is_seen, position.shape)
+    return FusedPose(
+        position=position.copy(),
+        velocity=velocity.copy(),
+        variance=variance.copy(),
+        weight_kinect=seen.astype(float),
+        weight_imu=np.zeros(position.shape),
+        source=np.where(seen, Source.KINECT, Source.PREDICTED).astype(np.uint8),
+        rotations=body.rotations,
+        joints=body.positions,
+        tracking_state=tracking_state,
+    )
 
 
 EstimatedPose: TypeAlias = FusedPose | PublishedState

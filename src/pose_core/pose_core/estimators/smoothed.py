@@ -2,13 +2,12 @@
 
 from bisect import insort
 from collections import deque
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.default import DefaultEstimator
-from pose_core.estimators.uncertainty import SMOOTHED, VarianceCalibrations
+from pose_core.estimators.uncertainty import SMOOTHED
 from pose_core.filter.smoother import FilterStep, smoothed
 from pose_core.filter.state import FilterState
 from pose_core.kernels.published_state import PublishedState
@@ -19,24 +18,17 @@ LOOKAHEAD_NS = 3 * NS_PER_S // 2  # later samples do not improve a pose any more
 CHUNK_NS = NS_PER_S  # published together
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Step:
-    stamp_ns: int  # [ns]
-    published: PublishedState  # as the filter published it
-    filter_step: FilterStep
-
-
 class SmoothedEstimator(DefaultEstimator):
     """Stores the last filter steps, and smooths and publishes them once later steps are known."""
 
-    NEEDS_FUTURE: ClassVar[bool] = True
-    CAN_PREDICT: ClassVar[bool] = False
-    VARIANCE_CALIBRATION: ClassVar[VarianceCalibrations] = SMOOTHED
+    NEEDS_FUTURE = True
+    CAN_PREDICT = False
+    VARIANCE_CALIBRATION = SMOOTHED
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
         self._waiting: list[Observation] = []  # in the order of their stamps
-        self._steps: deque[_Step] = deque()
+        self._steps: deque[tuple[FilterStep, int, PublishedState]] = deque()  # with its stamp [ns]
         self._before_update: FilterState | None = None
         self._discontinuities = 0
 
@@ -50,8 +42,8 @@ class SmoothedEstimator(DefaultEstimator):
         while self._waiting[0].stamp_ns < newest_ns - ORDERED_NS:
             self._process(self._waiting.pop(0))
         if self._steps:
-            first_ns = self._steps[0].stamp_ns
-            if self._steps[-1].stamp_ns - first_ns > LOOKAHEAD_NS + CHUNK_NS:
+            first_ns = self._steps[0][1]
+            if self._steps[-1][1] - first_ns > LOOKAHEAD_NS + CHUNK_NS:
                 poses += self._publish_until(first_ns + CHUNK_NS)
         return poses
 
@@ -59,12 +51,7 @@ class SmoothedEstimator(DefaultEstimator):
         """The remaining poses, after the end of the streams."""
         while self._waiting:
             self._process(self._waiting.pop(0))
-        return self._publish_until(self._steps[-1].stamp_ns) if self._steps else []
-
-    def _process(self, observation: Observation) -> None:
-        published = self.update(observation)
-        if published is not None:
-            self._keep(observation, published)
+        return self._publish_until(self._steps[-1][1]) if self._steps else []
 
     def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
         is_used = super()._predict_or_start(observation, ahead_s)
@@ -72,34 +59,30 @@ class SmoothedEstimator(DefaultEstimator):
             self._before_update = self._filter.state.copy()
         return is_used
 
-    def _keep(self, observation: Observation, published: PublishedState) -> None:
+    def _process(self, observation: Observation) -> None:
         """Store a step; a step with a half-turn correction is not connected to the one before."""
-        assert self._filter.state is not None
+        published = self.update(observation)
+        if published is None or self._filter.state is None:
+            return
         discontinuities = self.counters["limbs_turned_back"] + self.counters["filter_starts"]
         follows = self._steps and discontinuities == self._discontinuities
         self._discontinuities = discontinuities
-        dt_ns = observation.stamp_ns - self._steps[-1].stamp_ns if self._steps else 0
-        self._steps.append(
-            _Step(
-                stamp_ns=observation.stamp_ns,
-                published=published,
-                filter_step=FilterStep(
-                    dt_s=dt_ns / NS_PER_S,
-                    predicted=self._before_update if follows else None,
-                    updated=self._filter.state.copy(),
-                ),
-            )
+        dt_ns = observation.stamp_ns - self._steps[-1][1] if self._steps else 0
+        step = FilterStep(
+            dt_s=dt_ns / NS_PER_S,
+            predicted=self._before_update if follows else None,
+            updated=self._filter.state.copy(),
         )
+        self._steps.append((step, observation.stamp_ns, published))
 
     def _publish_until(self, until_ns: int) -> list[TimedPose]:
         """Smooth all steps and publish those up to an instant."""
-        steps = [step.filter_step for step in self._steps]
+        steps = [step for step, _, _ in self._steps]
         poses: list[TimedPose] = []
         for state in smoothed(steps, self._filter.layout, self.tuning.motion):
-            if not self._steps or self._steps[0].stamp_ns > until_ns:
+            if not self._steps or self._steps[0][1] > until_ns:
                 break
-            step = self._steps.popleft()
-            pose = self._published(state, step.published.information)
-            pose = pose._replace(scale=step.published.scale)
-            poses.append(TimedPose(stamp_ns=step.stamp_ns, pose=pose))
+            _, stamp_ns, published = self._steps.popleft()
+            pose = self._published(state, published.information)._replace(scale=published.scale)
+            poses.append(TimedPose(stamp_ns=stamp_ns, pose=pose))
         return poses

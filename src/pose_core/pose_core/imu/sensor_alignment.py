@@ -130,21 +130,18 @@ class SegmentAlignment:
         else:
             found = best_heading(self._sums, mounting)
         stddev = np.sqrt(np.diag(found.covariance))
-        fits = self._misfit(found) <= self._most_misfit
+        # Mean squared distance of the axes from the solution's, over its expected variance.
+        weight, axis_s = self._total
+        fitted = np.sum(found.R_sensor_link * _cost_matrix(self._sums, found.heading))
+        fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= self._most_misfit
         is_settled = bool(self._total[1] > 3.0 * JUDGED_S)
-        self.is_unlike = not fits and is_settled
+        self.is_unlike = bool(not fits and is_settled)
         is_sure = fits and (
             found.gap > (LEAST_SETTLED_GAP if is_settled else LEAST_GAP)
             and stddev[3] < MOST_HEADING_STDDEV
             and max(stddev[0], stddev[1]) < MOST_TILT_STDDEV
         )
         return found if is_sure else None
-
-    def _misfit(self, found: Alignment) -> float:
-        """Mean squared distance of the axes from the solution's, over its expected variance."""
-        weight, axis_s = self._total
-        C = _cost_matrix(self._sums, found.heading)
-        return float(2.0 * (weight - np.sum(found.R_sensor_link * C)) / max(axis_s, 1e-9))
 
 
 @compiled
