@@ -32,6 +32,7 @@ DOF_COUNTS = {
     "shank": (1,),
 }
 """Links that a model may have, without their side, and the numbers of degrees of freedom."""
+BALLS, OUTWARD = ("shoulder", "hip"), (("left", 1), ("right", -1))
 AXES = {
     "waist_flexion": (0, 1, 0),
     "waist_lateral_bending": (1, 0, 0),
@@ -39,11 +40,9 @@ AXES = {
     "neck_flexion": (0, 1, 0),
     "neck_lateral_bending": (1, 0, 0),
     "neck_rotation": (0, 0, 1),
-    **{f"{side}_{ball}_flexion": (0, -1, 0) for side in SIDES for ball in ("shoulder", "hip")},
-    **{f"left_{ball}_abduction": (1, 0, 0) for ball in ("shoulder", "hip")},
-    **{f"right_{ball}_abduction": (-1, 0, 0) for ball in ("shoulder", "hip")},
-    **{f"left_{ball}_rotation": (0, 0, -1) for ball in ("shoulder", "hip")},
-    **{f"right_{ball}_rotation": (0, 0, 1) for ball in ("shoulder", "hip")},
+    **{f"{side}_{ball}_flexion": (0, -1, 0) for side in SIDES for ball in BALLS},
+    **{f"{side}_{ball}_abduction": (out, 0, 0) for side, out in OUTWARD for ball in BALLS},
+    **{f"{side}_{ball}_rotation": (0, 0, -out) for side, out in OUTWARD for ball in BALLS},
     **{f"{side}_elbow_flexion": (0, -1, 0) for side in SIDES},
     **{f"{side}_knee_flexion": (0, 1, 0) for side in SIDES},
 }

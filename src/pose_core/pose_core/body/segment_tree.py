@@ -11,9 +11,7 @@ link l about map's axes is :math:`-[R_l o_{jl}]_\times`, whatever the structure 
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.joints import JOINT_INDEX, JOINTS
@@ -79,26 +77,23 @@ class SegmentTree:
     @cached_property
     def arrays(self) -> BodyArrays:
         """The tree as arrays for the kernels."""
+        links = np.arange(len(self.parents))
         carriers = [
-            np.flatnonzero(np.any(offsets != 0.0, axis=1) | self._slides_in(goes_along))
-            for offsets, goes_along in zip(self.offsets, self.slides, strict=True)
+            np.flatnonzero(
+                np.any(offsets != 0.0, axis=1) | np.isin(links, self.sliding_links[slides != 0.0])
+            )
+            for offsets, slides in zip(self.offsets, self.slides, strict=True)
         ]
         listed = np.zeros((len(carriers), max(map(len, carriers))), np.int64)
-        for row, links in zip(listed, carriers, strict=True):
-            row[: len(links)] = links
+        for row, own in zip(listed, carriers, strict=True):
+            row[: len(own)] = own
         return BodyArrays(
             offsets=self.offsets,
             sliding_links=self.sliding_links,
             slides=self.slides,
             carriers=listed,
-            carrier_count=np.array([len(links) for links in carriers], np.int64),
+            carrier_count=np.array([len(own) for own in carriers], np.int64),
         )
-
-    def _slides_in(self, goes_along: FloatArray) -> NDArray[np.bool_]:
-        """The links in which a joint slides, shape (links,)."""
-        result = np.zeros(len(self.parents), bool)
-        result[self.sliding_links[goes_along != 0.0]] = True
-        return result
 
 
 def without_side(link: str) -> str:

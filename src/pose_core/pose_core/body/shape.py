@@ -92,7 +92,10 @@ def estimate_body_shape(
             if not assume_unseen:
                 raise
             unseen = unseen or error
-    offsets = _symmetric(offsets)
+    # Trackers have larger errors than real bodies have asymmetries. A joint that was measured on
+    # one side only is the same on the other.
+    mirrored = offsets * [1.0, -1.0, 1.0]
+    offsets = nan_mean(np.stack([offsets, mirrored[OTHER_SIDE]]))
     measured = are_known(offsets)
     if unseen is not None and measured.sum() < MIN_MEASURED:
         raise unseen
@@ -125,9 +128,8 @@ def _measured_offset(
 def _complete(model: BodyModel, offsets: FloatArray, measured: NDArray[np.bool_]) -> BodyShape:
     """The measures, with the joints that were not measured from an average body of this size."""
     average = shape_of(model, neutral_pose()).offsets
-    lengths = (np.linalg.norm(each[measured], axis=1).sum() for each in (offsets, average))
-    measured_length, average_length = lengths
-    size = measured_length / average_length  # [-] of the person, relative to the average body
+    length, usual = (np.linalg.norm(each[measured], axis=1).sum() for each in (offsets, average))
+    size = length / usual  # [-] of the person, relative to the average body
     return BodyShape(
         offsets=np.where(measured[:, None], offsets, size * average),
         assumed=tuple(name for name in JOINTS if not measured[JOINT_INDEX[name]]),
@@ -161,15 +163,6 @@ def _upright(in_trunk: FloatArray) -> FloatArray:
     hang = -thighs[..., 2] > np.cos(UPRIGHT) * np.linalg.norm(thighs, axis=-1)
     upright = in_trunk[hang.all(axis=1)]
     return upright if len(upright) >= MIN_SAMPLES else in_trunk
-
-
-def _symmetric(offsets: FloatArray) -> FloatArray:
-    """Make the body symmetric: trackers have larger errors than real bodies have asymmetries.
-
-    A joint that was measured on one side only is the same on the other.
-    """
-    mirrored = offsets * [1.0, -1.0, 1.0]
-    return nan_mean(np.stack([offsets, mirrored[OTHER_SIDE]]))
 
 
 def _robust_mean(name: str, values: FloatArray) -> float:

@@ -42,7 +42,14 @@ def make_constants(
     """Constants of a body; ``known_delay_s`` [s] is the prior mean of the trackers' delays."""
     return FilterConstants(
         motion=_motion(tree, tuning),
-        camera=_camera(tree, tuning),
+        camera=CameraConstants(
+            body=tree.arrays,
+            capsules=make_capsules(),
+            variance=tuning.camera.stddev**2,
+            inferred_variance=tuning.camera.inferred_stddev**2,
+            occluded_variance=tuning.camera.occluded_stddev**2,
+            student_dof=tuning.camera.student_dof,
+        ),
         posture=_posture(tree, tuning),
         imu=_imu(tree.model, tuning.imu),
         shared_offsets=_shared_offsets(tree, tuning),
@@ -79,18 +86,6 @@ def _motion(tree: SegmentTree, tuning: FilterTuning) -> MotionConstants:
         offset_variance=tuning.camera.offset_stddev**2,
         alignment_walk=tuning.imu.alignment_walk**2,
         heading_walk=tuning.imu.heading_walk**2,
-    )
-
-
-def _camera(tree: SegmentTree, tuning: FilterTuning) -> CameraConstants:
-    noise = tuning.camera
-    return CameraConstants(
-        body=tree.arrays,
-        capsules=make_capsules(),
-        variance=noise.stddev**2,
-        inferred_variance=noise.inferred_stddev**2,
-        occluded_variance=noise.occluded_stddev**2,
-        student_dof=noise.student_dof,
     )
 
 

@@ -152,7 +152,11 @@ class ImuAlignments:
         worn_on = self._imus.worn_on(imus.segments)
         as_worn = imus if worn_on == imus.segments else replace(imus, segments=worn_on)
         self._exchanges.add(stamp_ns, as_measured, as_worn)
-        self._slips.add(stamp_ns, tracked, as_worn, self._headings(imus.segments, state))
+        headings = np.full(len(imus), np.nan)  # of the aligned IMUs
+        for row, worn in self._imus.with_link(imus.segments):
+            if worn.use.is_aligned:
+                headings[row] = state.heading[worn.link]
+        self._slips.add(stamp_ns, tracked, as_worn, headings)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
@@ -202,7 +206,9 @@ class ImuAlignments:
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
                 covariance = COVARIANCE_FACTOR * found.covariance
                 state = with_imu(state, worn.link, found.R_sensor_link, found.heading, covariance)
-            self._store_uncertainty(worn, state)
+            column = int(state.imu_column[worn.link])
+            filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
+            worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)
         return state
 
     def _exchange(self, exchanged: Mapping[str, str], state: FilterState) -> None:
@@ -258,14 +264,6 @@ class ImuAlignments:
             state.P[own, :] = 0.0
             state.P[:, own] = 0.0
 
-    def _headings(self, segments: tuple[str, ...], state: FilterState) -> FloatArray:
-        """Headings of the aligned IMUs' reference frames [rad], (imus,); NaN of the others."""
-        headings = np.full(len(segments), np.nan)
-        for row, worn in self._imus.with_link(segments):
-            if worn.use.is_aligned:
-                headings[row] = state.heading[worn.link]
-        return headings
-
     def _north(self, worn: WornImu, state: FilterState) -> float | None:
         """Heading [rad] of the world common to this IMU and aligned ones; None if unknown."""
         others = [
@@ -298,9 +296,3 @@ class ImuAlignments:
             residual=float("nan"),
             worn_on=worn.use.worn_on,
         )
-
-    def _store_uncertainty(self, worn: WornImu, state: FilterState) -> None:
-        """Store an aligned IMU's uncertainty, with the part that no average reduces."""
-        column = int(state.imu_column[worn.link])
-        filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
-        worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)
