@@ -72,7 +72,8 @@ def calibrate_board(
     for _ in range(LEFT_OUT_ROUNDS):
         used = [i for i in range(len(instants)) if i not in left_out]
         result = _refine(board, known, instants, used, T_camera_board, T_reference_camera)
-        bad = _bad_instants(result, used)
+        limit = max(WORST_PX, WORST_RATIO * float(np.median(list(result.errors_px.values()))))
+        bad = {used[v] for (_, v), error in result.errors_px.items() if error > limit}
         if not bad or len(used) - len(bad) < LEAST_PAIRS:
             break
         left_out.update(dict.fromkeys(bad, "reprojects badly: blurred, bent, or not synchronous"))
@@ -201,8 +202,3 @@ def _with_focus(result: BundleResult, cameras: Mapping[str, Camera]) -> dict[str
         name: float(np.linalg.norm((stddev, of_reference, by_focus[name])))
         for name, stddev in result.position_stddev.items()
     }
-
-
-def _bad_instants(result: BundleResult, used: Sequence[int]) -> list[int]:
-    limit = max(WORST_PX, WORST_RATIO * float(np.median(list(result.errors_px.values()))))
-    return sorted({used[v] for (_, v), error in result.errors_px.items() if error > limit})

@@ -6,7 +6,7 @@ all shifts at once by the Fourier transform; then each joint's own delay (:mod:`
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,7 +117,7 @@ def estimate_clock_offset(
     clock = Clock(offset_ns=round(offset * NS_PER_S), stddev_s=delay.stddev_s)
     if measured:
         clock = clock_from(measured, begin_ns, LAG_SPREAD_S)
-    return ClockOffset(estimate_s=offset, stddev_s=delay.stddev_s, clock=clock)
+    return replace(found, clock=clock)
 
 
 def measure_delay(a: Track, b: Track, offset: float) -> Delay:

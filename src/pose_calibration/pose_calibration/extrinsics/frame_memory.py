@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import AlignedFrame, FloatArray
+from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
 from pose_core.finite_numbers import are_known, nan_mean
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, JOINTS
 from pose_core.stamps import NS_PER_S
@@ -115,10 +115,17 @@ def tracked_positions(frame: AlignedFrame, sensors: Sequence[str]) -> FloatArray
     """Joints [m] in each sensor's frame, (sensors, 15, 3); NaN if not TRACKED."""
     positions = np.full((len(sensors), len(JOINTS), 3), np.nan)
     for index, name in enumerate(sensors):
-        sample = frame.samples.get(name)
-        if sample is not None:
-            positions[index] = sample.tracked
+        if name in frame.samples:
+            positions[index] = frame.samples[name].tracked
     return positions
+
+
+def placed_positions(
+    frame: AlignedFrame, sensors: Sequence[str], extrinsics: Extrinsics
+) -> FloatArray:
+    """The same in the reference's frame."""
+    own = zip(sensors, tracked_positions(frame, sensors), strict=True)
+    return np.stack([transformed(extrinsics.T_reference_sensor[name], each) for name, each in own])
 
 
 def _speeds(before_ns: int, before: FloatArray, after: KeptFrame) -> FloatArray:

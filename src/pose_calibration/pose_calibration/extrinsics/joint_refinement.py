@@ -235,13 +235,11 @@ class JointRefinement:
     def _columns(self, joint: int) -> NDArray[np.intp]:
         """Index in the whole state of each (sensor, column) of a joint; -1 if it is fixed."""
         count = self._z.shape[1]
-        columns = np.full((count, COLUMNS), -1)
-        for s in range(count):
-            if s > 0:
-                columns[s, :6] = 6 * (s - 1) + np.arange(6)
-            columns[s, 6:9] = self._size + 3 * (s * len(JOINTS) + joint) + np.arange(3)
-        columns[:, 9] = self._size + 3 * count * len(JOINTS) + joint
-        return columns.reshape(-1)
+        s = np.arange(count)[:, None]
+        poses = np.where(s > 0, 6 * (s - 1) + np.arange(6), -1)
+        offsets = self._size + 3 * (s * len(JOINTS) + joint) + np.arange(3)
+        depths = np.full_like(s, self._size + 3 * count * len(JOINTS) + joint)
+        return np.hstack([poses, offsets, depths]).reshape(-1)
 
     def _apply(self, step: FloatArray) -> None:
         for s in range(1, len(self._T)):

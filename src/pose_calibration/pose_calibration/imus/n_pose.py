@@ -76,21 +76,20 @@ class NPoseDetector:
         views = np.stack([positions for _, positions in self._samples])  # (n, sensors, 15, 3)
         count = np.isfinite(views[..., 0]).sum(axis=0)
         with np.errstate(invalid="ignore"):
-            known = (count >= LEAST_SAMPLES)[..., None]
-            median = np.where(known, nan_median(views), np.nan)
-            deviation = robust_stddev(views - median)
-            spread = np.where(known, deviation, np.nan)
-        moving = np.nanmin(np.where(np.isfinite(spread), spread, np.inf), axis=0).max(axis=-1)
+            median = np.where((count >= LEAST_SAMPLES)[..., None], nan_median(views), np.nan)
+            spread = robust_stddev(views - median)
+        moving = np.where(np.isfinite(spread), spread, np.inf).min(axis=0).max(axis=-1)
         if np.sum(moving > STILL_STDDEV) > MOST_MOVING:
             return None
         mean = nan_mean(median)
         if not np.all(np.isfinite(mean)) or not is_n_pose(mean):
             return None
         heading, root = _placed(mean)
-        neutral = n_pose_joints((mean - root) @ heading)
-        shift = np.mean((mean - root) @ heading - neutral, axis=0)
+        placed = (mean - root) @ heading
+        neutral = n_pose_joints(placed)
+        shift = np.mean(placed - neutral, axis=0)
         own = (median - mean) @ heading
-        common = (mean - root) @ heading - shift - neutral
+        common = placed - shift - neutral
         nearest, farthest = TRACKER_ERROR
         distance = np.linalg.norm(common, axis=1, keepdims=True)
         share = np.clip((farthest - distance) / (farthest - nearest), 0.0, 1.0)

@@ -8,6 +8,7 @@ dropped. Clocks of single IMUs are compared with the others' once a window.
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -68,7 +69,10 @@ class ClockTracker:
         if recent and sample.stamp_ns <= recent[-1].stamp_ns:
             if recent[-1].stamp_ns - sample.stamp_ns < JUMP_BACK_NS:
                 return None
-            self._begin_anew()
+            for each in self._samples.values():  # a clock was set back, or a recording restarted
+                each.clear()
+            self._offsets.clear()
+            self._begin_ns, self._single_due_ns = None, 0
         recent.append(sample)
         while sample.stamp_ns - recent[0].stamp_ns > WINDOW_NS:
             recent.popleft()
@@ -83,13 +87,6 @@ class ClockTracker:
         self._measure_all(self._begin_ns, imus)
         return self.clocks
 
-    def _begin_anew(self) -> None:
-        """Drop all samples after a clock was set back, or a recording restarted."""
-        for recent in self._samples.values():
-            recent.clear()
-        self._offsets.clear()
-        self._begin_ns, self._single_due_ns = None, 0
-
     def _remember_known(self, now_ns: int) -> None:
         """Use the calibration's result as the first measurement."""
         for source, clock in self.clocks.items():
@@ -103,9 +100,7 @@ class ClockTracker:
                 self._offsets[source] = deque([known], maxlen=MOST_MEASURED)
 
     def _measure_all(self, begin_ns: int, imus: ImuMemory) -> None:
-        tracks = {
-            name: track_of(list(samples), begin_ns) for name, samples in self._samples.items()
-        }
+        tracks = {name: track_of(ones, begin_ns) for name, ones in self._samples.items()}
         reference = tracks.pop(self._extrinsics.reference)
         for name, track in tracks.items():
             if min(len(reference.stamps), len(track.stamps)) < 2:
@@ -209,12 +204,8 @@ class ClockTracker:
                 self._outliers[source] = outliers if segment in apart else 0
                 if self._outliers[source] < OUTLIERS_OF_STEP:
                     continue
-            own = MeasuredOffset(
-                at_s=common.at_s,
-                offset_s=one.estimate_s,
-                noise_s=one.stddev_s,
-                stddev_s=one.stddev_s,
-            )
+            stddev_s = one.stddev_s
+            own = replace(common, offset_s=one.estimate_s, noise_s=stddev_s, stddev_s=stddev_s)
             self.clocks[source] = self._clock(source, own, begin_ns, TRACKER_LAG_STDDEV_S)
 
     def _clock(

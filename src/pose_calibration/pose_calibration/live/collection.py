@@ -2,12 +2,13 @@
 
 from collections import deque
 from dataclasses import replace
+from operator import attrgetter
 
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_calibration.extrinsics.mirrored import refuse_mirrored
-from pose_calibration.floor.gravity import AccelerometerGravity
+from pose_calibration.floor.floor import AccelerometerGravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
@@ -52,7 +53,7 @@ class SampleMemory(deque[SkeletonSample]):
     def aligned(self, aligner: TimeAligner, clocks: Clocks) -> list[AlignedFrame]:
         """All samples aligned at common instants by these clocks."""
         corrected = [on_reference_clock(sample, clocks) for sample in self]
-        corrected.sort(key=lambda sample: sample.stamp_ns)
+        corrected.sort(key=attrgetter("stamp_ns"))
         return [frame for sample in corrected for frame in aligner.add(sample)]
 
 
@@ -169,7 +170,11 @@ class Collection:
         self._attempt_at_s = observed_s + ATTEMPT_EVERY_S
         try:
             refuse_mirrored(self._memory.by_sensor())
-            self._find_clocks()
+            self.clock_offsets, clocks = estimate_clock_offsets(
+                self._memory.by_sensor(), self._parameters.sensors, self._parameters.max_offset
+            )
+            if moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS:
+                self.use_clocks(clocks)
             self._check_clocks()
             found = self.calibrator.solve(allow_missing=True, gravity=self._accelerometer.gravity())
         except CalibrationError as error:
@@ -180,14 +185,6 @@ class Collection:
         self._refusal = ""
         clocks = {name: self._clocks[name] for name in found.sensors if name in self._clocks}
         return self._conclude(self._with_imus(replace(found, clocks=clocks)), observed_s)
-
-    def _find_clocks(self) -> None:
-        """Estimate the clocks' offsets, and align by them."""
-        self.clock_offsets, clocks = estimate_clock_offsets(
-            self._memory.by_sensor(), self._parameters.sensors, self._parameters.max_offset
-        )
-        if moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS:
-            self.use_clocks(clocks)
 
     def _with_imus(self, extrinsics: Extrinsics) -> Extrinsics:
         """Add the results of body-worn IMUs to the calibration, if there are any."""
