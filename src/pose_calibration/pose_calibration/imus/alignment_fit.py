@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pose_calibration.imus.n_pose import about_z
 from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
 from pose_core.api import FloatArray, SensorToSegment
 from pose_core.finite_numbers import are_known, mean_known
@@ -107,7 +108,7 @@ class _Fit:
             first, second = (a[:, 0] + 1j * a[:, 1] for a in (vertical, o.long_axis[:, row]))
             self._y[i] = np.angle(np.nansum(second * np.conj(first)))  # 0 if none is known
         self._first_y = self._y.copy()
-        turn = _about_z(self._psi - self._y)
+        turn = about_z(self._psi - self._y)
         self._M = self._R_ws_neutral.swapaxes(1, 2) @ turn
         self._normal = np.zeros((OWN * count + 1, OWN * count + 1))
 
@@ -148,7 +149,7 @@ class _Fit:
     def _rotations(self) -> FloatArray:
         """Orientation of every segment in map at all instants, (n, s, 3, 3)."""
         heading = self._y + self._d * self._o.times_s[:, None]
-        return np.asarray(_about_z(heading) @ self._R_ws @ self._M)
+        return np.asarray(about_z(heading) @ self._R_ws @ self._M)
 
     def _residuals(self) -> Iterator[_Residuals]:
         R = self._rotations()
@@ -196,7 +197,7 @@ class _Fit:
     def _neutral(self, i: int) -> _Residuals:
         tilt = ARM_TILT_STDDEV if self._segments[i].endswith(ARMS) else TILT_STDDEV
         stddev = np.array([tilt, tilt, TURN_STDDEV])
-        R = _about_z(self._y[i] - self._psi) @ self._R_ws_neutral[i] @ self._M[i]
+        R = about_z(self._y[i] - self._psi) @ self._R_ws_neutral[i] @ self._M[i]
         up = R[2]  # the vertical in the segment's axes
         jacobian = np.column_stack([up, np.eye(3), -up]) / stddev[:, None]
         columns = np.append(self._columns(i, (0, 2, 3, 4)), len(self._normal) - 1)
@@ -229,11 +230,3 @@ def _repeated(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatAr
     known = are_known(residual) & are_known(jacobian).all(axis=1)
     share = PERIOD_NS * 1e-9 / CORRELATION_S
     return _Residuals(columns, residual[known], jacobian[known], share)
-
-
-def _about_z(angle: FloatArray | float) -> FloatArray:
-    """Rotation matrices of angles [rad] about z, shape (...) to (..., 3, 3)."""
-    angle = np.asarray(angle, float)
-    c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
-    rows = ((c, -s, zero), (s, c, zero), (zero, zero, zero + 1.0))
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

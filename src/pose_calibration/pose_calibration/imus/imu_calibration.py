@@ -55,7 +55,7 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
             )
             found.append(ImuFinding((first, second), text))
     named = {segment for finding in found for segment in finding.segments}
-    for segment in explanations.upside_down_worlds:
+    for segment in explanations.upside_down:
         if segment not in named:
             text = (
                 f"the sensor of {segment} rotates the wrong way round: its reference frame is "

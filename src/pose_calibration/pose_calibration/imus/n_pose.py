@@ -84,8 +84,8 @@ class NPoseDetector:
         mean = nan_mean(median)
         if not np.all(np.isfinite(mean)) or not is_n_pose(mean):
             return None
-        heading, root = _placed(mean)
-        placed = (mean - root) @ heading
+        heading = about_z(standing_heading(mean))
+        placed = (mean - mid_hip(mean)) @ heading
         neutral = n_pose_joints(placed)
         shift = np.mean(placed - neutral, axis=0)
         own = (median - mean) @ heading
@@ -138,9 +138,9 @@ def n_pose_joints(observed: FloatArray) -> FloatArray:
     return joints
 
 
-def _placed(joints: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Heading axes ``R_map_heading`` and mid-hip [m] of a standing body."""
-    heading = standing_heading(joints)
-    y = np.array([-np.sin(heading), np.cos(heading), 0.0])
-    up = np.array([0.0, 0.0, 1.0])
-    return np.stack([np.cross(y, up), y, up], axis=1), mid_hip(joints)
+def about_z(angle: FloatArray | float) -> FloatArray:
+    """Rotation matrices of angles [rad] about z, shape (...) to (..., 3, 3)."""
+    angle = np.asarray(angle, float)
+    c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
+    rows = ((c, -s, zero), (s, c, zero), (zero, zero, zero + 1.0))
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

@@ -235,29 +235,19 @@ def _limb(
     fast_up = _without_slow(up, is_up_known)
     if is_seen.sum() < LEAST_S * GRID_RATE or fast_inclination[is_seen].std() < LEAST_SWING:
         return None
-    return _misfits(fast_inclination, is_seen, fast_up, is_up_known, reach)
-
-
-def _misfits(
-    inclination: FloatArray,
-    is_seen: NDArray[np.bool_],
-    up: FloatArray,
-    is_up_known: NDArray[np.bool_],
-    reach: int,
-) -> _LimbMisfit | None:
-    count = len(inclination)
     misfit = np.empty(2 * reach + 1)
     energy = 0.0
     for shift in range(2 * reach + 1):
-        both = is_seen & is_up_known[shift : shift + count]
+        at = slice(shift, shift + len(grid))
+        both = is_seen & is_up_known[at]
         if both.sum() < LEAST_S * GRID_RATE:
             return None
-        g, c = up[shift : shift + count][both], inclination[both]
+        g, c = fast_up[at][both], fast_inclination[both]
         normal = g.T @ g + 1e-9 * np.eye(3)
-        direction = np.linalg.solve(normal, g.T @ c)
-        misfit[shift] = max(float(np.mean((c - g @ direction) ** 2)), 1e-12)
+        axis = np.linalg.solve(normal, g.T @ c)
+        misfit[shift] = max(float(np.mean((c - g @ axis) ** 2)), 1e-12)
         if misfit[shift] <= misfit[: shift + 1].min():
-            rate = np.gradient(up[shift : shift + count] @ direction) * GRID_RATE
+            rate = np.gradient(fast_up[at] @ axis) * GRID_RATE
             energy = float(np.mean(rate[both] ** 2))
     independent = float(is_seen.sum()) / (CORRELATION_S * GRID_RATE)
     return _LimbMisfit(misfit=misfit, count=independent, energy=energy)

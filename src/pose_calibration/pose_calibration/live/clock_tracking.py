@@ -7,7 +7,7 @@ dropped. Clocks of single IMUs are compared with the others' once a window.
 """
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -29,7 +29,6 @@ from pose_calibration.inertial.imu_clock import (
 from pose_calibration.inertial.imu_motion import (
     TRACKER_LAG_STDDEV_S,
     ImuMemory,
-    View,
     measure_imu_delay,
 )
 from pose_core.api import IMUS, ONE_IMU, Clock, Clocks, Extrinsics, SkeletonSample
@@ -179,19 +178,11 @@ class ClockTracker:
             self.clocks[IMUS] = clock
         else:
             self.clocks.pop(IMUS, None)
-        if self._due_ns >= self._single_due_ns:
-            self._single_due_ns = self._due_ns + WINDOW_NS
-            self._compare_imus(begin_ns, views, verticals, offset)
-
-    def _compare_imus(
-        self,
-        begin_ns: int,
-        views: Sequence[View],
-        verticals: Mapping[str, Track],
-        common: MeasuredOffset,
-    ) -> None:
-        """Update the clocks of single IMUs that differ from the common one."""
-        ahead = imus_ahead(views, verticals, common.offset_s - TRACKER_DELAY_S)
+        if self._due_ns < self._single_due_ns:
+            return
+        self._single_due_ns = self._due_ns + WINDOW_NS
+        # The clocks of single IMUs that differ from the common one.
+        ahead = imus_ahead(views, verticals, offset.offset_s - TRACKER_DELAY_S)
         apart = clearly_apart(ahead)
         for segment, one in ahead.items():
             source = ONE_IMU + segment
@@ -205,7 +196,7 @@ class ClockTracker:
                 if self._outliers[source] < OUTLIERS_OF_STEP:
                     continue
             stddev_s = one.stddev_s
-            own = replace(common, offset_s=one.estimate_s, noise_s=stddev_s, stddev_s=stddev_s)
+            own = replace(offset, offset_s=one.estimate_s, noise_s=stddev_s, stddev_s=stddev_s)
             self.clocks[source] = self._clock(source, own, begin_ns, TRACKER_LAG_STDDEV_S)
 
     def _clock(

@@ -54,16 +54,9 @@ def what_is_missing(
 
 def _advice(extrinsics: Extrinsics, frames: Sequence[KeptFrame], sensors: Sequence[str]) -> str:
     """Instruction to cover the position or heading with the smallest range so far."""
-    places = np.stack(
-        [
-            [
-                transformed(extrinsics.T_map_sensor(name), frame.positions[index])
-                for index, name in enumerate(sensors)
-            ]
-            for frame in frames
-        ]
-    )
-    joints = nan_mean(places, axis=1)
+    seen = np.stack([frame.positions for frame in frames], axis=1)  # (sensors, frames, 15, 3)
+    poses = [extrinsics.T_map_sensor(name) for name in sensors]
+    joints = nan_mean(np.stack([transformed(T, own) for T, own in zip(poses, seen, strict=True)]))
     neck = joints[:, JOINT_INDEX["neck"]]
     neck = neck[are_known(neck)]
     if len(neck) == 0:
