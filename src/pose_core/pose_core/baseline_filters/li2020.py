@@ -74,13 +74,9 @@ class Li2020Filter:
         self.kinematics = ForwardKinematics(model, shape.offsets)
         self._transform = UnscentedTransform(2 * model.size, alpha=parameters.alpha)
         self._Q = self._process_noise()
-        self._turns = [
-            model.dof_index[link.dof[-1].name]
-            for link in model.links.values()
-            if len(link.dof) == BALL_JOINT
-        ]
-        self._mean = np.zeros(2 * model.size)
-        self._covariance = np.eye(2 * model.size)
+        balls = (link.dof for link in model.links.values() if len(link.dof) == BALL_JOINT)
+        self._turns = np.array([model.dof_index[dof[-1].name] for dof in balls])
+        self._mean, self._covariance = np.zeros(2 * model.size), np.eye(2 * model.size)
 
     @property
     def dof(self) -> FloatArray:
@@ -179,11 +175,11 @@ class Li2020Filter:
         While the limb is straight it is not measured, and a wrong rate would make it wind up.
         """
         d = self._size
-        lower, upper = self.model.limits[np.array(self._turns) - ROOT_DOF].T
+        lower, upper = self.model.limits[self._turns - ROOT_DOF].T
         bounded = np.clip(self._mean[self._turns], lower, upper)
         is_beyond = bounded != self._mean[self._turns]
         self._mean[self._turns] = bounded
-        self._mean[d + np.array(self._turns)[is_beyond]] = 0.0
+        self._mean[d + self._turns[is_beyond]] = 0.0
 
     def _re_reference(self) -> None:
         """Move the root's rotation vector into the reference before it leaves its chart."""

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.atomic_file import write_atomically
@@ -99,7 +98,13 @@ def estimate_body_shape(
     measured = are_known(offsets)
     if unseen is not None and measured.sum() < MIN_MEASURED:
         raise unseen
-    return _complete(model, offsets, measured)
+    average = shape_of(model, neutral_pose()).offsets
+    length, usual = (np.linalg.norm(each[measured], axis=1).sum() for each in (offsets, average))
+    size = length / usual  # [-] of the person, relative to the average body
+    return BodyShape(
+        offsets=np.where(measured[:, None], offsets, size * average),
+        assumed=tuple(name for name in JOINTS if not measured[JOINT_INDEX[name]]),
+    )
 
 
 def _measured_offset(
@@ -123,17 +128,6 @@ def _measured_offset(
         raise BodyShapeError(f"joint {name} has a direction but no joint to measure from")
     bones = positions[:, index] - positions[:, JOINT_INDEX[joint]]
     return _robust_mean(name, np.linalg.norm(bones, axis=1)) * np.asarray(place.direction)
-
-
-def _complete(model: BodyModel, offsets: FloatArray, measured: NDArray[np.bool_]) -> BodyShape:
-    """The measures, with the joints that were not measured from an average body of this size."""
-    average = shape_of(model, neutral_pose()).offsets
-    length, usual = (np.linalg.norm(each[measured], axis=1).sum() for each in (offsets, average))
-    size = length / usual  # [-] of the person, relative to the average body
-    return BodyShape(
-        offsets=np.where(measured[:, None], offsets, size * average),
-        assumed=tuple(name for name in JOINTS if not measured[JOINT_INDEX[name]]),
-    )
 
 
 def with_shorter_arms(shape: BodyShape, factor: float) -> BodyShape:

@@ -49,7 +49,15 @@ def add_visuals(
         size = np.array([DEPTH * width, width, PELVIS_HEIGHT])
         _add(element, "box", 0.5 * (left + right) + [0.0, 0.0, 0.04], "middle", size=size)
     if "left_shoulder" in place:
-        _add_chest(element, place["left_shoulder"], place["right_shoulder"], place.get("neck"))
+        left, right = place["left_shoulder"], place["right_shoulder"]
+        top = 0.5 * (left + right)
+        width, height = float(np.linalg.norm(left - right)), float(top[2])
+        size = np.array([DEPTH * width, width, height])
+        _add(element, "box", np.array([0.5 * top[0], 0.0, 0.5 * height]), "middle", size=size)
+        for shoulder, own_color in ((left, "left"), (right, "right")):
+            _add(element, "sphere", shoulder, own_color, radius=THICKEST)
+        if "neck" in place:
+            _add(element, "sphere", place["neck"], "middle", radius=NECK_RADIUS)
     if "left_hip" in place or "left_shoulder" in place:
         return
     for joint, offset in place.items():
@@ -60,20 +68,6 @@ def add_visuals(
         _add(element, "cylinder", offset / 2.0, color, offset, radius=radius, length=length)
         _add(element, "sphere", np.zeros(3), color, radius=radius)
         _add(element, "sphere", offset, color, radius=HEAD_RADIUS if joint == "head" else radius)
-
-
-def _add_chest(
-    element: ElementTree.Element, left: FloatArray, right: FloatArray, neck: FloatArray | None
-) -> None:
-    """A box from the link's origin up to the shoulders, and a neck."""
-    top = 0.5 * (left + right)
-    width, height = float(np.linalg.norm(left - right)), float(top[2])
-    size = np.array([DEPTH * width, width, height])
-    _add(element, "box", np.array([0.5 * top[0], 0.0, 0.5 * height]), "middle", size=size)
-    for shoulder, color in ((left, "left"), (right, "right")):
-        _add(element, "sphere", shoulder, color, radius=THICKEST)
-    if neck is not None:
-        _add(element, "sphere", neck, "middle", radius=NECK_RADIUS)
 
 
 def _add(

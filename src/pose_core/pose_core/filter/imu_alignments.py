@@ -187,8 +187,15 @@ class ImuAlignments:
     def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
         exchanged = self._exchanges.exchanged()
+        for worn in self._imus:
+            if worn.worn_on in exchanged:
+                there = exchanged[worn.worn_on]
+                if worn.use.is_known:
+                    self._set_aside(worn, state)
+                self._forget_known(worn)
+                self._imus.wear(worn.use.segment, there)
         if exchanged:
-            self._exchange(exchanged, state)
+            self._exchanges = ExchangeCheck()  # its sums are of the former segments
         slipped = self._slips.slipped
         for _, worn in self._imus.with_link(segments):
             if worn.worn_on in slipped:
@@ -210,22 +217,6 @@ class ImuAlignments:
             filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
             worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)
         return state
-
-    def _exchange(self, exchanged: Mapping[str, str], state: FilterState) -> None:
-        """Align IMUs with each other's segment.
-
-        Args:
-            exchanged: The other one's segment, by the segment on which each was taken to be worn.
-            state: State of the filter.
-        """
-        for worn in self._imus:
-            there = exchanged.get(worn.worn_on)
-            if there is not None:
-                if worn.use.is_known:
-                    self._set_aside(worn, state)
-                self._forget_known(worn)
-                self._imus.wear(worn.use.segment, there)
-        self._exchanges = ExchangeCheck()  # its sums are of the former segments
 
     @staticmethod
     def _has_slipped(worn: WornImu, imus: ImuMeasurements) -> bool:

@@ -56,7 +56,12 @@ def associate(
         return [], np.empty((0, len(frame)), np.bool_)
     predicted = np.stack([track.predicted(stamp_ns) for track in tracks])
     distance, is_mirrored = joint_distances(predicted, positions)
-    has_other_id = _other_ids(tracks, frame, stamp_ns)
+    # Whether a skeleton has another id than the sensor gave the person.
+    has_other_id = np.ones(distance.shape, np.bool_)
+    for row, track in enumerate(tracks):
+        view = track.views.get(frame[0].sensor)
+        if view is not None and stamp_ns - view.stamp_ns <= ID_HOLDS_S * 1e9:
+            has_other_id[row] = [sample.person != view.person for sample in frame]
     cost = distance + SAME_ID_M * has_other_id
     age_s = np.array([track.age_s(stamp_ns) for track in tracks])
     extra_s = np.clip(age_s, WIDER_FROM_S, WIDER_TO_S) - WIDER_FROM_S
@@ -69,18 +74,6 @@ def associate(
     np.fill_diagonal(unassigned, cost[np.isfinite(cost)].max(initial=GATE_M) + UNOBSERVED_M)
     pairs = assign(np.vstack([cost, unassigned]))
     return [(row, column) for row, column in pairs if row < len(tracks)], is_mirrored
-
-
-def _other_ids(
-    tracks: Sequence[PersonTrack], frame: Sequence[SkeletonSample], stamp_ns: int
-) -> NDArray[np.bool_]:
-    """Whether a skeleton has another id than the sensor gave the person, (tracks, skeletons)."""
-    is_other = np.ones((len(tracks), len(frame)), np.bool_)
-    for row, track in enumerate(tracks):
-        view = track.views.get(frame[0].sensor)
-        if view is not None and stamp_ns - view.stamp_ns <= ID_HOLDS_S * 1e9:
-            is_other[row] = [sample.person != view.person for sample in frame]
-    return is_other
 
 
 def joint_distances(expected: FloatArray, seen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:

@@ -159,11 +159,10 @@ class TrackManager:
             if known is None:
                 track.presence = Presence.PRESENT
                 self._counters.add("appeared")
-                assigned += [(track.number, sample) for sample in track.held]
             else:
                 self._reidentification.resume(known, track, stamp_ns)
-                assigned += [(known.number, sample) for sample in track.held]
                 self.tracks.remove(track)
+            assigned += [((known or track).number, sample) for sample in track.held]
             track.held = []
         return assigned
 
