@@ -92,12 +92,8 @@ class PersonChoice:
         stamp_ns: int,
         place: FloatArray,
     ) -> PersonTrack:
-        nearest = self._best(present, place)
-        if (
-            nearest is None
-            or nearest is chosen
-            or _distance(nearest, place) > _distance(chosen, place) - NEARER_M
-        ):
+        nearest = self._best(present, place) or chosen
+        if _distance(nearest, place) > _distance(chosen, place) - NEARER_M:
             self._nearer = None
             return chosen
         if self._nearer is None or self._nearer[0] != nearest.number:
