@@ -24,7 +24,7 @@ from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
 from pose_core.finite_numbers import nan_mean
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck
 from pose_core.imu.imu_history import ImuHistory, ImuMeasurements
-from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = NS_PER_S // 10  # [ns] between stored instants
@@ -117,9 +117,8 @@ class ObservationRecorder:
             return
         sample = on_reference_clock(sample, self.clocks)
         positions = transformed(self._placed[sample.sensor], sample.positions)
-        tracked = (sample.tracking_state == TrackingState.TRACKED)[:, None]
         index = self._sensors.index(sample.sensor)
-        self._views[index] = np.where(tracked, positions, np.nan)
+        self._views[index] = transformed(self._placed[sample.sensor], sample.tracked)
         self._views_ns[index] = sample.stamp_ns
         self._views[np.abs(self._views_ns - sample.stamp_ns) > LATEST_NS] = np.nan
         self._keep(sample.stamp_ns)
