@@ -2,7 +2,7 @@
 
 from bisect import insort
 from collections import deque
-from typing import Any
+from typing import Any, NamedTuple
 
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
@@ -18,6 +18,12 @@ LOOKAHEAD_NS = 3 * NS_PER_S // 2  # later samples do not improve a pose any more
 CHUNK_NS = NS_PER_S  # published together
 
 
+class _Step(NamedTuple):
+    stamp_ns: int  # [ns]
+    published: PublishedState  # as the filter published it
+    filter_step: FilterStep
+
+
 class SmoothedEstimator(DefaultEstimator):
     """Stores the last filter steps, and smooths and publishes them once later steps are known."""
 
@@ -28,7 +34,7 @@ class SmoothedEstimator(DefaultEstimator):
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
         self._waiting: list[Observation] = []  # in the order of their stamps
-        self._steps: deque[tuple[FilterStep, int, PublishedState]] = deque()  # with its stamp [ns]
+        self._steps: deque[_Step] = deque()
         self._before_update: FilterState | None = None
         self._discontinuities = 0
 
@@ -42,8 +48,8 @@ class SmoothedEstimator(DefaultEstimator):
         while self._waiting[0].stamp_ns < newest_ns - ORDERED_NS:
             self._process(self._waiting.pop(0))
         if self._steps:
-            first_ns = self._steps[0][1]
-            if self._steps[-1][1] - first_ns > LOOKAHEAD_NS + CHUNK_NS:
+            first_ns = self._steps[0].stamp_ns
+            if self._steps[-1].stamp_ns - first_ns > LOOKAHEAD_NS + CHUNK_NS:
                 poses += self._publish_until(first_ns + CHUNK_NS)
         return poses
 
@@ -51,7 +57,7 @@ class SmoothedEstimator(DefaultEstimator):
         """The remaining poses, after the end of the streams."""
         while self._waiting:
             self._process(self._waiting.pop(0))
-        return self._publish_until(self._steps[-1][1]) if self._steps else []
+        return self._publish_until(self._steps[-1].stamp_ns) if self._steps else []
 
     def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
         is_used = super()._predict_or_start(observation, ahead_s)
@@ -67,22 +73,22 @@ class SmoothedEstimator(DefaultEstimator):
         discontinuities = self.counters["limbs_turned_back"] + self.counters["filter_starts"]
         follows = self._steps and discontinuities == self._discontinuities
         self._discontinuities = discontinuities
-        dt_ns = observation.stamp_ns - self._steps[-1][1] if self._steps else 0
+        dt_ns = observation.stamp_ns - self._steps[-1].stamp_ns if self._steps else 0
         step = FilterStep(
             dt_s=dt_ns / NS_PER_S,
             predicted=self._before_update if follows else None,
             updated=self._filter.state.copy(),
         )
-        self._steps.append((step, observation.stamp_ns, published))
+        self._steps.append(_Step(observation.stamp_ns, published, step))
 
     def _publish_until(self, until_ns: int) -> list[TimedPose]:
         """Smooth all steps and publish those up to an instant."""
-        steps = [step for step, _, _ in self._steps]
+        steps = [step.filter_step for step in self._steps]
         poses: list[TimedPose] = []
         for state in smoothed(steps, self._filter.layout, self.tuning.motion):
-            if not self._steps or self._steps[0][1] > until_ns:
+            if not self._steps or self._steps[0].stamp_ns > until_ns:
                 break
-            _, stamp_ns, published = self._steps.popleft()
+            stamp_ns, published, _ = self._steps.popleft()
             pose = self._published(state, published.information)._replace(scale=published.scale)
             poses.append(TimedPose(stamp_ns=stamp_ns, pose=pose))
         return poses
