@@ -46,6 +46,11 @@ MOST_APART_S = 0.9  # [s] of stamps recorded together; from a second on, time wo
 RECORDED_STDDEV_S = 0.1  # [s] of an offset by the stamps of samples that were recorded together
 MOST_TRIED = 3  # [-] people tried, one after the other
 
+Frame = Sequence[SkeletonSample]
+"""All persons that a sensor saw at one instant."""
+BySensor = Mapping[str, Sequence[SkeletonSample]]
+"""One person's samples by sensor, stamps ascending."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SessionCalibration:
@@ -105,7 +110,7 @@ def calibrate(
 
 
 def calibrate_people(
-    frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
+    frames: Iterable[Frame | ImuBlock],
     sensors: Sequence[str],
     parameters: CalibrationParameters | None = None,
 ) -> SessionCalibration:
@@ -141,10 +146,7 @@ def calibrate_people(
     raise failure or CalibrationError("found no skeletons")
 
 
-def complete(
-    frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
-    extrinsics: Extrinsics,
-) -> Extrinsics:
+def complete(frames: Iterable[Frame | ImuBlock], extrinsics: Extrinsics) -> Extrinsics:
     """Known poses of a recorded session's sensors, with what they lack: clocks and body measures.
 
     Offsets of clocks below :data:`LEAST_CLOCK_OFFSET_S` are left out.
@@ -181,7 +183,7 @@ def complete(
 
 
 def moved_sensors(
-    frames: Iterable[Sequence[SkeletonSample] | ImuBlock], extrinsics: Extrinsics
+    frames: Iterable[Frame | ImuBlock], extrinsics: Extrinsics
 ) -> tuple[Displaced | MovedDuring, ...]:
     """What a recording's views say against given extrinsics; nothing where no views agree.
 
@@ -189,7 +191,7 @@ def moved_sensors(
         frames: See :func:`calibrate_people`.
         extrinsics: As given, with clocks.
     """
-    frames_kept, _ = _frames_and_blocks(frames)
+    frames_kept, _ = _frames_and_blocks(list(frames))
     try:
         samples = _candidates(frames_kept, extrinsics.sensors, "")[0]
         by_sensor, _ = _sorted(samples, extrinsics.sensors)
@@ -199,7 +201,7 @@ def moved_sensors(
 
 
 def _with_recorded_stamps(
-    frames: Iterable[Sequence[SkeletonSample] | ImuBlock], reference: str, clocks: Clocks
+    frames: Iterable[Frame | ImuBlock], reference: str, clocks: Clocks
 ) -> Clocks:
     """The clocks, and that of the IMUs where their stamps are far from those recorded with them.
 
@@ -237,23 +239,17 @@ def _with_recorded_stamps(
 
 
 def _clock_offsets(
-    by_sensor: Mapping[str, Sequence[SkeletonSample]], sensors: Sequence[str]
+    by_sensor: BySensor, sensors: Sequence[str]
 ) -> tuple[dict[str, ClockOffset], dict[str, Clock]]:
     """See :func:`estimate_clock_offsets`; an offset that is not found is searched farther."""
     offsets, clocks = estimate_clock_offsets(by_sensor, sensors, MAX_CLOCK_OFFSET_S)
     unknown = [name for name, offset in offsets.items() if not offset.observable]
-    if unknown:
-        again = (sensors[0], *unknown)
-        more, more_clocks = estimate_clock_offsets(by_sensor, again, FARTHEST_CLOCK_OFFSET_S)
-        offsets, clocks = {**offsets, **more}, {**clocks, **more_clocks}
-    return offsets, clocks
+    again = (sensors[0], *unknown)
+    more, more_clocks = estimate_clock_offsets(by_sensor, again, FARTHEST_CLOCK_OFFSET_S)
+    return {**offsets, **more}, {**clocks, **more_clocks}
 
 
-def _imu_findings(
-    extrinsics: Extrinsics,
-    by_sensor: Mapping[str, Sequence[SkeletonSample]],
-    memory: ImuMemory,
-) -> ImuFindings:
+def _imu_findings(extrinsics: Extrinsics, by_sensor: BySensor, memory: ImuMemory) -> ImuFindings:
     """See :func:`imu_findings`; an offset that is not found is searched farther."""
     found = imu_findings(extrinsics, by_sensor, memory, MAX_CLOCK_OFFSET_S)
     if np.isfinite(found.offset_stddev_s):
@@ -261,21 +257,20 @@ def _imu_findings(
     return imu_findings(extrinsics, by_sensor, memory, FARTHEST_CLOCK_OFFSET_S)
 
 
-def _all(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> list[SkeletonSample]:
+def _all(by_sensor: BySensor) -> list[SkeletonSample]:
     return [one for ones in by_sensor.values() for one in ones]
 
 
 def _frames_and_blocks(
-    frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
-) -> tuple[list[Sequence[SkeletonSample]], list[ImuBlock]]:
+    frames: Sequence[Frame | ImuBlock],
+) -> tuple[list[Frame], list[ImuBlock]]:
     """The frames with somebody in them, and the IMUs' samples."""
-    every = list(frames)
-    frames_kept = [each for each in every if not isinstance(each, ImuBlock) and each]
-    return frames_kept, [each for each in every if isinstance(each, ImuBlock)]
+    frames_kept = [each for each in frames if not isinstance(each, ImuBlock) and each]
+    return frames_kept, [each for each in frames if isinstance(each, ImuBlock)]
 
 
 def _candidates(
-    frames: Sequence[Sequence[SkeletonSample]], sensors: Sequence[str], person: str
+    frames: Sequence[Frame], sensors: Sequence[str], person: str
 ) -> list[list[SkeletonSample]]:
     """Samples of each person who may be used, the best first.
 
@@ -302,10 +297,8 @@ def _sorted(
     by_sensor: dict[str, list[SkeletonSample]] = {name: [] for name in sensors}
     memory = ImuMemory()
     for sample in samples:
-        if isinstance(sample, ImuSample):
-            memory.add(block_of(sample))
-        elif isinstance(sample, ImuBlock):
-            memory.add(sample)
+        if not isinstance(sample, SkeletonSample):
+            memory.add(block_of(sample) if isinstance(sample, ImuSample) else sample)
         elif sample.sensor in by_sensor:
             by_sensor[sample.sensor].append(sample)
     for name, ones in by_sensor.items():
@@ -317,13 +310,8 @@ def _sorted(
     return by_sensor, memory
 
 
-def _aligned(
-    by_sensor: Mapping[str, Sequence[SkeletonSample]], clocks: Clocks
-) -> list[AlignedFrame]:
+def _aligned(by_sensor: BySensor, clocks: Clocks) -> list[AlignedFrame]:
     aligner = TimeAligner(tuple(by_sensor))
-    ordered = sorted(
-        (on_reference_clock(one, clocks) for one in _all(by_sensor)),
-        key=lambda one: one.stamp_ns,
-    )
-    frames = [frame for sample in ordered for frame in aligner.add(sample)]
-    return frames + aligner.flush()
+    samples = [on_reference_clock(one, clocks) for one in _all(by_sensor)]
+    samples.sort(key=lambda one: one.stamp_ns)
+    return [*(frame for one in samples for frame in aligner.add(one)), *aligner.flush()]

@@ -55,7 +55,7 @@ from pose_core.fusion.pipeline import Pipeline
 from pose_core.fusion.warm_up import warm_up
 from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES, TrackingState
-from pose_core.people.chosen_person import ChosenPerson
+from pose_core.people.person_choice import ChosenPerson
 from pose_core.people.pipeline import PeoplePipeline
 from pose_core.people.tracker import PeopleTracker
 from pose_core.session.extrinsics import (

@@ -17,6 +17,16 @@ def finite_numbers(value: Any, *shape: int) -> NDArray[np.float64] | None:
     return numbers if numbers.shape == shape and np.isfinite(numbers).all() else None
 
 
+def are_known(vectors: NDArray[np.float64]) -> NDArray[Any]:
+    """Whether all components of vectors, (..., k), are finite; (...)."""
+    return np.asarray(np.isfinite(vectors).all(axis=-1))
+
+
+def robust_stddev(deviations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Standard deviation by the median magnitude along the first axis, ignoring NaN."""
+    return MAD_TO_STDDEV * nan_median(np.abs(deviations))
+
+
 def nan_mean(values: NDArray[np.float64], axis: int = 0) -> NDArray[np.float64]:
     """Mean along an axis, ignoring NaN; NaN, without a warning, where all are NaN."""
     known = np.isfinite(values)

@@ -18,6 +18,16 @@ JOINTS: tuple[str, ...] = (
 
 JOINT_INDEX: dict[str, int] = {name: index for index, name in enumerate(JOINTS)}
 
+LIMB_JOINTS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
+"""The joints of a leg and of an arm: ball joint, hinge, end."""
+
+JOINT_PAIRS: dict[str, list[int]] = {
+    joint: [JOINT_INDEX[f"{side}_{joint}"] for side in SIDES]
+    for limb in LIMB_JOINTS
+    for joint in limb
+}
+"""Indices of the left and the right joint of each kind."""
+
 OTHER_SIDE: list[int] = [
     JOINT_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")]
     for name in JOINTS
@@ -48,8 +58,6 @@ LIMB_ENDS: dict[str, tuple[str, str]] = {
 }
 """The joints at the ends of each segment of the limbs."""
 
-LIMB_JOINTS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
-"""The joints of a leg and of an arm: ball joint, hinge, end."""
 SEGMENT_ENDS: dict[str, tuple[str, str]] = {"torso": ("torso", "neck"), **LIMB_ENDS}
 """The joints between which cameras observe a segment's direction."""
 

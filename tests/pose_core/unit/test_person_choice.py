@@ -4,7 +4,7 @@ import numpy as np
 from crowd_of_people import frames_of, walker
 from walking_person import POSES
 
-from pose_core.people.chosen_person import ChosenPerson
+from pose_core.people.person_choice import ChosenPerson
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.streams.samples import ImuBlock
 

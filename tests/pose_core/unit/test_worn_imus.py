@@ -2,7 +2,6 @@
 
 from pose_core.body.model import load_body_model
 from pose_core.filter.worn_imus import WornImus
-from pose_core.imu.sensor_alignment import AlignmentTuning
 
 SEGMENTS = ("left_thigh", "right_thigh", "tail")
 MODEL = load_body_model("default")
@@ -13,7 +12,7 @@ def links_of(imus):
 
 
 def make():
-    imus = WornImus(MODEL, AlignmentTuning(), {})
+    imus = WornImus(MODEL, {})
     imus.with_link(SEGMENTS)
     return imus
 

@@ -90,12 +90,16 @@ class Bundle:
         covariance = variance * np.linalg.pinv((J.T @ J).toarray(), hermitian=True)
         T = {name: _matrix(self._camera_vector(found.x, c)) for c, name in enumerate(self._names)}
         stddev = {name: self._stddev(covariance, c, T[name]) for c, name in enumerate(self._names)}
+        ends = np.cumsum([2 * len(points) for _, _, points, _ in self._views])[:-1]
         return BundleResult(
             T_camera_reference=T,
             T_reference_board=np.array(
                 [_matrix(found.x[i : i + 6]) for i in range(self._count, self._size, 6)]
             ),
-            errors_px=self._errors_by_view(errors),
+            errors_px={
+                (self._names[camera], v): float(np.sqrt(2.0 * np.mean(part**2)))
+                for (camera, v, _, _), part in zip(self._views, np.split(errors, ends), strict=True)
+            },
             rms_px=float(np.sqrt(2.0 * np.mean(errors**2))),
             rotation_stddev={name: each[0] for name, each in stddev.items()},
             position_stddev={name: each[1] for name, each in stddev.items()},
@@ -140,13 +144,6 @@ class Bundle:
             chain = np.block([[dr_dc, dr_dtc, dr_db, dr_dtb], [dt_dc, dt_dtc, dt_db, dt_dtb]])
             result.append(((found.reshape(-1, 2) - pixels).ravel(), J[:, :6] @ chain))
         return result
-
-    def _errors_by_view(self, errors: FloatArray) -> dict[tuple[str, int], float]:
-        ends = np.cumsum([2 * len(points) for _, _, points, _ in self._views])[:-1]
-        return {
-            (self._names[camera], v): float(np.sqrt(2.0 * np.mean(part**2)))
-            for (camera, v, _, _), part in zip(self._views, np.split(errors, ends), strict=True)
-        }
 
     def _stddev(self, covariance: FloatArray, camera: int, T: FloatArray) -> tuple[float, float]:
         """Standard deviations of a camera's rotation [rad] and of its position [m]."""

@@ -71,8 +71,15 @@ def calibrate_board(
     used: list[int] = []
     for _ in range(LEFT_OUT_ROUNDS):
         used = [i for i in range(len(instants)) if i not in left_out]
-        result = _refine(board, known, instants, used, T_camera_board, T_reference_camera)
-        bad = _bad_instants(result, used)
+        T_reference_board = []  # by the camera that sees most of it
+        for i in used:
+            _, nearest = max((len(view.corners), name) for name, view in instants[i].items())
+            T_reference_board.append(T_reference_camera[nearest] @ T_camera_board[nearest, i])
+        bundle = Bundle(board, known, [instants[i] for i in used])
+        T_camera_reference = {name: inverse(T) for name, T in T_reference_camera.items()}
+        result = bundle.solve(T_camera_reference, np.array(T_reference_board))
+        limit = max(WORST_PX, WORST_RATIO * float(np.median(list(result.errors_px.values()))))
+        bad = {used[v] for (_, v), error in result.errors_px.items() if error > limit}
         if not bad or len(used) - len(bad) < LEAST_PAIRS:
             break
         left_out.update(dict.fromkeys(bad, "reprojects badly: blurred, bent, or not synchronous"))
@@ -172,23 +179,6 @@ def _median_transform(words: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]
     return rigid_transform(turns[kept].mean().as_matrix(), position), far
 
 
-def _refine(
-    board: Board,
-    cameras: Mapping[str, Camera],
-    instants: Sequence[Instant],
-    used: Sequence[int],
-    T_camera_board: Mapping[tuple[str, int], FloatArray],
-    T_reference_camera: Mapping[str, FloatArray],
-) -> BundleResult:
-    first = []
-    for i in used:
-        _, nearest = max((len(view.corners), name) for name, view in instants[i].items())
-        first.append(T_reference_camera[nearest] @ T_camera_board[nearest, i])
-    bundle = Bundle(board, cameras, [instants[i] for i in used])
-    guess = {name: inverse(T) for name, T in T_reference_camera.items()}
-    return bundle.solve(guess, np.array(first))
-
-
 def _with_focus(result: BundleResult, cameras: Mapping[str, Camera]) -> dict[str, float]:
     """Standard deviations of the positions [m], including those of estimated focal lengths.
 
@@ -201,8 +191,3 @@ def _with_focus(result: BundleResult, cameras: Mapping[str, Camera]) -> dict[str
         name: float(np.linalg.norm((stddev, of_reference, by_focus[name])))
         for name, stddev in result.position_stddev.items()
     }
-
-
-def _bad_instants(result: BundleResult, used: Sequence[int]) -> list[int]:
-    limit = max(WORST_PX, WORST_RATIO * float(np.median(list(result.errors_px.values()))))
-    return sorted({used[v] for (_, v), error in result.errors_px.items() if error > limit})

@@ -6,7 +6,7 @@ all shifts at once by the Fourier transform; then each joint's own delay (:mod:`
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from pose_calibration.geometry.rigid_transform import (
     estimate_rigid_transform_robustly,
 )
 from pose_core.api import Clock, FloatArray, SkeletonSample, transformed
+from pose_core.finite_numbers import are_known
 from pose_core.stamps import NS_PER_S
 
 GRID_RATE = 50.0  # [Hz] of the search for the shift
@@ -116,7 +117,7 @@ def estimate_clock_offset(
     clock = Clock(offset_ns=round(offset * NS_PER_S), stddev_s=delay.stddev_s)
     if measured:
         clock = clock_from(measured, begin_ns, LAG_SPREAD_S)
-    return ClockOffset(estimate_s=offset, stddev_s=delay.stddev_s, clock=clock)
+    return replace(found, clock=clock)
 
 
 def measure_delay(a: Track, b: Track, offset: float) -> Delay:
@@ -141,7 +142,7 @@ def _fit_shifted(
         reference's view; None if they do not determine it.
     """
     moved = b.at(a.stamps + shift)
-    known = np.asarray(np.isfinite(a.values + moved).all(axis=2))
+    known = are_known(a.values + moved)
     try:
         return moved, known, estimate_rigid_transform_robustly(moved[known], a.values[known])
     except CalibrationError:
@@ -207,7 +208,7 @@ def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
     width = round(COARSE_SLOW_S * GRID_RATE)
     quick, known = [], []
     for positions in (a, b):
-        is_known = np.asarray(np.isfinite(positions).all(axis=2))
+        is_known = are_known(positions)
         filled = np.where(is_known[..., None], positions, 0.0)
         # Moving means over incomplete windows are not comparable between the views.
         is_whole = uniform_filter1d(is_known.astype(float), width, axis=0, mode="constant")

@@ -13,6 +13,7 @@ import numpy as np
 
 from pose_calibration.clocks.motion_track import SLOW_S, without_slow
 from pose_core.api import FloatArray
+from pose_core.finite_numbers import are_known
 
 LAG_SPREAD_S = 0.004  # [s] between two trackers' lags of a joint; measured: 0.003
 CORRELATION_S = 0.4  # [s] correlation time of a joint's error
@@ -49,7 +50,7 @@ def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
     reach = max(1, round(REACH_S / step))
     velocity = _velocity(stamps, 0.5 * (a + b), reach)
     apart = _velocity(stamps, a - b, reach)
-    known = np.asarray(np.isfinite(velocity + a - b).all(axis=2))
+    known = are_known(velocity + a - b)
     quick = without_slow(np.where(known[..., None], a - b, 0.0), known, width)
     v = without_slow(np.where(known[..., None], velocity, 0.0), known, width)
     measured = (v**2).sum(axis=(0, 2))

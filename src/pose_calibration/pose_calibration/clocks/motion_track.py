@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import FloatArray, SkeletonSample, longest_gap_s
-from pose_core.joints import JOINTS, TrackingState
+from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
 
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
@@ -52,13 +52,9 @@ class Track:
 
 def track_of(samples: Sequence[SkeletonSample], begin_ns: int) -> Track:
     """Track of a sensor's samples, stamps ascending; seconds since ``begin_ns``, TRACKED joints."""
-    if not samples:
-        return Track(np.empty(0), np.empty((0, len(JOINTS), 3)))
-    stamps_ns = np.array([sample.stamp_ns - begin_ns for sample in samples])
-    positions = np.array([sample.positions for sample in samples])
-    states = np.array([sample.tracking_state for sample in samples])
-    positions[states != TrackingState.TRACKED] = np.nan
-    ascending = np.concatenate([[True], np.diff(stamps_ns) > 0])
+    stamps_ns = np.array([sample.stamp_ns - begin_ns for sample in samples], np.int64)
+    positions = np.array([sample.tracked for sample in samples]).reshape(-1, len(JOINTS), 3)
+    ascending = np.diff(stamps_ns, prepend=-(2**62)) > 0
     return _smoothed(stamps_ns[ascending] / NS_PER_S, positions[ascending])
 
 

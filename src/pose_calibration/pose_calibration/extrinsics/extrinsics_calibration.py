@@ -14,11 +14,11 @@ from pose_calibration.extrinsics.frame_memory import FrameMemory
 from pose_calibration.extrinsics.joint_refinement import JointRefinement, Refinement
 from pose_calibration.extrinsics.pair_fits import spanning_transforms
 from pose_calibration.extrinsics.parameters import CalibrationParameters
-from pose_calibration.floor.floor import estimate_floor
-from pose_calibration.floor.gravity import Gravity
+from pose_calibration.floor.floor import Gravity, estimate_floor
 from pose_calibration.geometry.rigid_transform import CalibrationError, spread
 from pose_core.api import AlignedFrame, Extrinsics, FloatArray, PairResiduals, inverse, transformed
 from pose_core.errors import ParameterError
+from pose_core.finite_numbers import are_known
 from pose_core.joints import JOINTS
 
 LEAST_INLIERS = 0.5  # [-] share of a pair's joints
@@ -140,7 +140,7 @@ class ExtrinsicsCalibrator:
         """Residuals of the sensor ``chosen[index]`` against its partner."""
         T, partner = refinement.T_reference_sensor, chosen.index(partner_sensor)
         T_partner_sensor = inverse(T[partner]) @ T[index]
-        shared = np.isfinite(positions[:, [partner, index]]).all(axis=(1, 3))
+        shared = are_known(positions[:, partner] + positions[:, index])
         source, target = positions[:, index][shared], positions[:, partner][shared]
         distance = np.linalg.norm(target - transformed(T_partner_sensor, source), axis=1)
         raw = np.linalg.norm(source - target, axis=1)

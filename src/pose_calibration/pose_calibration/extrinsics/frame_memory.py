@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import AlignedFrame, FloatArray
-from pose_core.finite_numbers import nan_mean
-from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
+from pose_core.finite_numbers import are_known, nan_mean
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, JOINTS
 from pose_core.stamps import NS_PER_S
 
 CELL_M = 0.3  # [m] size of the cells of the body's position
@@ -19,10 +19,7 @@ MAX_KEPT_FRAMES = 900  # [-] 45 s
 SPEED_OVER_NS = 150_000_000  # [ns] over which a joint's speed is computed, against noise
 CENTRED_WITHIN_NS = 350_000_000  # [ns] longest span of two stored frames before to two after
 UNKNOWN_SPEED = 0.5  # [m/s] of a joint without an earlier position
-TRUNK = [
-    JOINT_INDEX[name]
-    for name in ("neck", "torso", "left_shoulder", "right_shoulder", "left_hip", "right_hip")
-]
+TRUNK = [JOINT_INDEX["neck"], JOINT_INDEX["torso"], *JOINT_PAIRS["shoulder"], *JOINT_PAIRS["hip"]]
 
 
 @dataclass(frozen=True)
@@ -59,7 +56,7 @@ class FrameMemory:
         """Add the skeletons of all sensors at one instant."""
         positions = tracked_positions(frame, self.sensors)
         speeds = self._speeds_so_far(frame.stamp_ns, positions)
-        is_known = np.asarray(np.isfinite(positions).all(axis=2))  # (sensors, joints)
+        is_known = are_known(positions)  # (sensors, joints)
         shared = (is_known[:, None] & is_known[None]).any(axis=2)
         self.shared_frames += shared
         # Sensors that have a joint in common with another one.
@@ -102,7 +99,7 @@ class FrameMemory:
     def _keep(self, kept: KeptFrame, together: NDArray[np.bool_]) -> None:
         first = int(np.argmax(together))
         trunk = kept.positions[first, TRUNK]
-        trunk = trunk[np.isfinite(trunk).all(axis=1)]
+        trunk = trunk[are_known(trunk)]
         place = np.floor(trunk.mean(axis=0) / CELL_M).astype(int) if len(trunk) else np.zeros(3)
         key = (*(int(number) for number in place), *(int(one) for one in together))
         self._cells.setdefault(key, []).append(kept)
@@ -118,10 +115,17 @@ def tracked_positions(frame: AlignedFrame, sensors: Sequence[str]) -> FloatArray
     """Joints [m] in each sensor's frame, (sensors, 15, 3); NaN if not TRACKED."""
     positions = np.full((len(sensors), len(JOINTS), 3), np.nan)
     for index, name in enumerate(sensors):
-        sample = frame.samples.get(name)
-        if sample is not None:
-            positions[index] = sample.tracked
+        if name in frame.samples:
+            positions[index] = frame.samples[name].tracked
     return positions
+
+
+def placed_positions(
+    frame: AlignedFrame, sensors: Sequence[str], extrinsics: Extrinsics
+) -> FloatArray:
+    """The same in the reference's frame."""
+    own = zip(sensors, tracked_positions(frame, sensors), strict=True)
+    return np.stack([transformed(extrinsics.T_reference_sensor[name], each) for name, each in own])
 
 
 def _speeds(before_ns: int, before: FloatArray, after: KeptFrame) -> FloatArray:

@@ -25,6 +25,7 @@ from scipy.spatial.transform import Rotation
 from pose_calibration.geometry.rigid_transform import MAXWELL_MEDIAN, TUKEY
 from pose_core.api import FloatArray, transformed
 from pose_core.body.kinematics import skew
+from pose_core.finite_numbers import are_known
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 OFFSET_STDDEV_M = 0.012  # [m] prior of an offset in the body, per axis and sensor
@@ -69,7 +70,7 @@ def body_axes(positions: FloatArray) -> FloatArray:
     trunk = at["neck"] - 0.5 * (at["left_hip"] + at["right_hip"])
     lateral = np.nan_to_num(at["left_hip"] - at["right_hip"])
     lateral = lateral + np.nan_to_num(at["left_shoulder"] - at["right_shoulder"])
-    known = np.isfinite(trunk).all(axis=1) & (np.linalg.norm(lateral, axis=1) > 0.05)
+    known = are_known(trunk) & (np.linalg.norm(lateral, axis=1) > 0.05)
     if not known.any():
         return np.tile(np.eye(3), (len(positions), 1, 1))
     up = np.median(trunk[known], axis=0)
@@ -95,8 +96,9 @@ class JointRefinement:
     def __init__(
         self, positions: FloatArray, speeds: FloatArray, T_reference_sensor: FloatArray
     ) -> None:
-        is_known = np.isfinite(positions).all(axis=3)
+        is_known = are_known(positions)
         is_known &= (is_known.sum(axis=1) >= 2)[:, None]  # at least two views are needed to compare
+        is_in_any = np.asarray(is_known.any(axis=1))
         self._is_known = is_known
         self._z = np.where(is_known[..., None], positions, 0.0)
         length = np.linalg.norm(self._z, axis=3, keepdims=True)
@@ -108,10 +110,10 @@ class JointRefinement:
         self._size = 6 * (count - 1)
         self._axes = np.zeros((len(is_known), 3, 3))
         mean = self._mean(is_known.astype(float))
-        self._axes = body_axes(np.where(is_known.any(axis=1)[..., None], mean, np.nan))
-        self._variance = self._expected_variance(np.asarray(speeds))
-        self._share = observation_share(mean, self._axes, is_known.any(axis=1))
-        self._centre = mean[is_known.any(axis=1)].mean(axis=0)
+        self._axes = body_axes(np.where(is_in_any[..., None], mean, np.nan))
+        self._variance = self._expected_variance(speeds)
+        self._share = observation_share(mean, self._axes, is_in_any)
+        self._centre = mean[is_in_any].mean(axis=0)
         self._robust = is_known.astype(float)
         self._scale = 1.0
         # Jacobian of a joint's positions by the state: constant entries are filled in once.
@@ -233,13 +235,11 @@ class JointRefinement:
     def _columns(self, joint: int) -> NDArray[np.intp]:
         """Index in the whole state of each (sensor, column) of a joint; -1 if it is fixed."""
         count = self._z.shape[1]
-        columns = np.full((count, COLUMNS), -1)
-        for s in range(count):
-            if s > 0:
-                columns[s, :6] = 6 * (s - 1) + np.arange(6)
-            columns[s, 6:9] = self._size + 3 * (s * len(JOINTS) + joint) + np.arange(3)
-        columns[:, 9] = self._size + 3 * count * len(JOINTS) + joint
-        return columns.reshape(-1)
+        s = np.arange(count)[:, None]
+        poses = np.where(s > 0, 6 * (s - 1) + np.arange(6), -1)
+        offsets = self._size + 3 * (s * len(JOINTS) + joint) + np.arange(3)
+        depths = np.full_like(s, self._size + 3 * count * len(JOINTS) + joint)
+        return np.hstack([poses, offsets, depths]).reshape(-1)
 
     def _apply(self, step: FloatArray) -> None:
         for s in range(1, len(self._T)):

@@ -18,9 +18,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pose_calibration.extrinsics.frame_memory import tracked_positions
-from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
-from pose_core.finite_numbers import MAD_TO_STDDEV
+from pose_calibration.extrinsics.frame_memory import placed_positions
+from pose_core.api import AlignedFrame, Extrinsics, FloatArray
+from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.stamps import NS_PER_S
 
 WINDOW_NS = 10 * NS_PER_S
@@ -113,9 +113,8 @@ def _moved(views: Views, reference: str) -> tuple[MovedDuring, ...]:
     for other, (starts_s, corrections) in views.items():
         step = _step(corrections)
         if step is not None:
-            index, change = step
-            angle, distance = (float(np.linalg.norm(part)) for part in np.split(change, 2))
-            at_s = float(starts_s[index])
+            angle, distance = _sizes(step[1])
+            at_s = float(starts_s[step[0]])
             found.append(MovedDuring(sensors=(other,), at_s=at_s, angle=angle, distance=distance))
     if found and len(found) == len(views):  # of two views either may have moved
         sensors = (reference, *views) if len(views) == 1 else (reference,)
@@ -127,15 +126,18 @@ def _displaced(views: Views, reference: str) -> tuple[Displaced, ...]:
     """See :func:`find_moved_or_displaced`."""
     found = []
     for other, (_, corrections) in views.items():
-        if not len(corrections):
-            continue
-        turn, shift = np.split(np.median(corrections, axis=0), 2)
-        angle, distance = float(np.linalg.norm(turn)), float(np.linalg.norm(shift))
-        if angle > DISPLACED[0] or distance > DISPLACED[1]:
-            found.append(
-                Displaced(sensor=other, reference=reference, angle=angle, distance=distance)
-            )
+        if len(corrections):
+            angle, distance = _sizes(np.median(corrections, axis=0))
+            if angle > DISPLACED[0] or distance > DISPLACED[1]:
+                found.append(
+                    Displaced(sensor=other, reference=reference, angle=angle, distance=distance)
+                )
     return tuple(found)
+
+
+def _sizes(correction: FloatArray) -> tuple[float, float]:
+    """Angle [rad] and distance [m] of a correction, (6,)."""
+    return float(np.linalg.norm(correction[:3])), float(np.linalg.norm(correction[3:]))
 
 
 def _corrections(
@@ -144,11 +146,8 @@ def _corrections(
     """Start of each window [s], (n,), and the correction of the second view in it, (n, 6)."""
     windows: dict[int, list[FloatArray]] = {}
     for frame in frames:
-        one, other = (
-            transformed(extrinsics.T_reference_sensor[name], own)
-            for name, own in zip(pair, tracked_positions(frame, pair), strict=True)
-        )
-        is_known = np.isfinite(one + other).all(axis=1)
+        one, other = placed_positions(frame, pair, extrinsics)
+        is_known = are_known(one + other)
         if is_known.sum() >= LEAST_JOINTS:
             window = (frame.stamp_ns - frames[0].stamp_ns) // WINDOW_NS
             windows.setdefault(window, []).append(np.hstack([one, other])[is_known])
@@ -182,8 +181,8 @@ def _step(corrections: FloatArray) -> tuple[int, FloatArray] | None:
     for split in range(LEAST_WINDOWS, count - LEAST_WINDOWS + 1):
         before, after = corrections[:split], corrections[split:]
         middles = np.median(before, axis=0), np.median(after, axis=0)
-        apart = np.abs(np.vstack([before - middles[0], after - middles[1]]))
-        stddev = MAD_TO_STDDEV * np.median(apart, axis=0) + SMALLEST_STDDEV
+        apart = np.vstack([before - middles[0], after - middles[1]])
+        stddev = robust_stddev(apart) + SMALLEST_STDDEV
         change = middles[1] - middles[0]
         of_change = stddev * np.sqrt(1.0 / split + 1.0 / (count - split))
         deviations = float(np.sqrt(np.mean((change / of_change) ** 2)))

@@ -13,7 +13,7 @@ from pose_calibration.geometry.rigid_transform import (
     estimate_rigid_transform_robustly,
 )
 from pose_core.api import FloatArray, transformed
-from pose_core.finite_numbers import nan_mean
+from pose_core.finite_numbers import are_known, nan_mean
 from pose_core.joints import JOINTS, OTHER_SIDE
 
 LATERAL = [index for index, other in enumerate(OTHER_SIDE) if other != index]
@@ -127,7 +127,7 @@ def _fit_from(
 
 
 def _robust_fit(target: FloatArray, source: FloatArray) -> RobustFit:
-    shared = np.isfinite(target).all(axis=2) & np.isfinite(source).all(axis=2)
+    shared = are_known(target + source)
     return estimate_rigid_transform_robustly(source[shared], target[shared])
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pose_calibration.files.file_values import read_mapping, rounded
+from pose_calibration.files.file_values import read_mapping, rounded_list
 from pose_core.api import BodyModel, BodyShape, FloatArray, SessionBody, load_body_model
 from pose_core.body.shape import LONGEST_BONE
 from pose_core.errors import InputError
@@ -29,8 +29,7 @@ def body_document(body: SessionBody) -> dict[str, Any]:
         "body_model": body.model,
         "bone_lengths": {name: round(length, 4) for name, length in lengths.items()},
         "offsets": {
-            name: [rounded(value, 5) for value in body.shape.offsets[index]]
-            for name, index in JOINT_INDEX.items()
+            name: rounded_list(body.shape.offsets[index], 5) for name, index in JOINT_INDEX.items()
         },
     }
 

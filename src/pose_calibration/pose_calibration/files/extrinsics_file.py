@@ -39,6 +39,7 @@ from pose_calibration.files.file_values import (
     read_rotation,
     read_vector,
     rounded,
+    rounded_list,
 )
 from pose_core.api import BoardResiduals, Extrinsics, FloatArray, PairResiduals, rigid_transform
 from pose_core.atomic_file import write_atomically
@@ -180,9 +181,7 @@ def _document(extrinsics: Extrinsics) -> dict[str, Any]:
         world["vertical_stddev_deg"] = rounded(np.degrees(floor.up_stddev), 2)
         world["height_stddev"] = rounded(floor.height_stddev, 4)
     sensors = {}
-    for name in extrinsics.sensors:
-        if name == extrinsics.reference:
-            continue
+    for name in extrinsics.sensors[1:]:
         entry: dict[str, Any] = _pose(extrinsics.T_reference_sensor[name])
         if name in extrinsics.residuals:
             entry["residuals"] = _residuals(extrinsics.residuals[name])
@@ -200,7 +199,7 @@ def _document(extrinsics: Extrinsics) -> dict[str, Any]:
     if extrinsics.view_offsets:
         document["view_offsets"] = {
             name: {
-                joint: [rounded(value, 4) for value in offset]
+                joint: rounded_list(offset, 4)
                 for joint, offset in zip(JOINTS, offsets, strict=True)
             }
             for name, offsets in extrinsics.view_offsets.items()
@@ -210,7 +209,7 @@ def _document(extrinsics: Extrinsics) -> dict[str, Any]:
 
 def _pose(T: FloatArray) -> dict[str, Any]:
     return {
-        "translation": [rounded(value, METRE_DIGITS) for value in T[:3, 3]],
+        "translation": rounded_list(T[:3, 3], METRE_DIGITS),
         "rotation": quaternion_values(T[:3, :3], QUATERNION_DIGITS),
     }
 

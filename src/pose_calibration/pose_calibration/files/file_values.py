@@ -1,6 +1,6 @@
 """Conversion of mappings, numbers and rotations to and from a session's file."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,16 @@ def rounded(value: float, digits: int) -> float:
     return round(float(value), digits) + 0.0
 
 
+def rounded_list(values: Iterable[float], digits: int) -> list[float]:
+    """Round several numbers."""
+    return [rounded(value, digits) for value in values]
+
+
 def quaternion_values(R: FloatArray, digits: int) -> list[float]:
     """A rotation, (3, 3), as a quaternion x, y, z, w with a unique sign."""
     quaternion = np.empty(4)
     quaternion_of(np.ascontiguousarray(R, float), quaternion)
-    return [rounded(value, digits) for value in quaternion]
+    return rounded_list(quaternion, digits)
 
 
 def read_mapping(what: str, value: Any, expected: str = "a mapping") -> Mapping[Any, Any]:

@@ -20,11 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, FloorEstimate, rigid_transform
-from pose_core.finite_numbers import MAD_TO_STDDEV
-from pose_core.joints import JOINT_INDEX
+from pose_core.finite_numbers import are_known, robust_stddev
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS
 
 ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
 FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height between positions
@@ -44,10 +43,25 @@ PLANE_SCATTER_M = 0.06  # [m] of standing feet about their plane; 0.01 to 0.04 o
 LARGEST_DISTANCE = 6.0  # [-] squared, of the feet's slope from the body's, over its variance
 ITERATIONS = 20
 
+ACCELEROMETER = "the sensor's accelerometer"
+STANDARD_GRAVITY = 9.80665  # [m/s²] (CGPM 1901)
+GRAVITY_TOLERANCE = 0.5  # [m/s²] a sensor at rest measures gravity only
+ACCELEROMETER_STDDEV = np.radians(0.5)  # [rad] from a bias of 0.08 m/s², which averaging leaves
+MIN_READINGS = 50  # [-]
+
 KNOWN_MOUNTING = "known mounting"
 UPRIGHT_BODY = "upright body"
 FEET = "upright body and walking feet"
 LEVEL_SENSOR = "sensor assumed level"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gravity:
+    """Up in the reference sensor's frame."""
+
+    up: FloatArray  # (3,) unit vector in the reference's optical frame
+    stddev: float  # [rad]
+    source: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,17 +93,22 @@ def estimate_floor(
     positions = positions.reshape(-1, *positions.shape[-2:])
     directions = _upright_directions(positions)
     up, up_stddev, source = _first_guess(directions, mounting, gravity)
-    feet = positions[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
-    sole, slope_stddev, height_stddev = np.nan, up_stddev, np.inf
-    standing = _lower_feet(feet, up)
+    feet = positions[:, JOINT_PAIRS["foot"]]
+    height, slope_stddev, height_stddev = 1.0, up_stddev, np.inf  # without feet, that of a table
+    # The lower foot of each frame is the standing one.
+    feet = feet[are_known(feet).all(axis=1)]
+    standing = feet[np.arange(len(feet)), np.argmin(feet @ up, axis=1)]
     if len(standing) >= MIN_UPRIGHT_FRAMES:
         plane = _plane(standing, up, up_stddev)
         if source == LEVEL_SENSOR and plane[2] >= FEET_COUNT_BELOW * up_stddev:
             plane = _plane(standing, up, up_stddev, have_walked=False)
-        up, sole, slope_stddev, height_stddev = plane
+        up, sole, slope_stddev, sole_stddev = plane
+        height = ANKLE_HEIGHT_M - sole
+        height_stddev = float(np.hypot(sole_stddev, ANKLE_HEIGHT_STDDEV_M))
         if source != KNOWN_MOUNTING and slope_stddev < FEET_COUNT_BELOW * up_stddev:
             source = FEET if gravity is None else f"{gravity.source} and walking feet"
-    height, height_stddev = _height(sole, height_stddev, mounting)
+    if mounting.height is not None:
+        height, height_stddev = mounting.height, 0.0
     return FloorEstimate(
         T_map_reference=_map_frame(up, height),
         source=source,
@@ -110,15 +129,6 @@ def _first_guess(
         return np.array([0.0, -1.0, 0.0]), float(LEVEL_STDDEV), LEVEL_SENSOR
     up = np.median(directions, axis=0)
     return up / np.linalg.norm(up), float(BODY_STDDEV), UPRIGHT_BODY
-
-
-def _height(sole: float, sole_stddev: float, mounting: KnownMounting) -> tuple[float, float]:
-    """The sensor's height above the floor and its standard deviation [m]."""
-    if mounting.height is not None:
-        return mounting.height, 0.0
-    if not np.isfinite(sole):
-        return 1.0, np.inf  # no feet were measured: the height of a table
-    return ANKLE_HEIGHT_M - sole, float(np.hypot(sole_stddev, ANKLE_HEIGHT_STDDEV_M))
 
 
 def _upright_directions(positions: FloatArray) -> FloatArray:
@@ -145,13 +155,6 @@ def _angle(a: FloatArray, b: FloatArray) -> FloatArray:
     lengths = np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.arccos(np.clip((a * b).sum(axis=-1) / lengths, -1.0, 1.0))
-
-
-def _lower_feet(feet: FloatArray, up: FloatArray) -> FloatArray:
-    """The lower foot of each frame, which is the standing one, shape (n, 3)."""
-    known = np.isfinite(feet).all(axis=(1, 2))
-    feet = feet[known]
-    return feet[np.arange(len(feet)), np.argmin(feet @ up, axis=1)]
 
 
 def _plane(
@@ -192,7 +195,7 @@ def _plane(
         covariance = np.linalg.inv(design.T @ (design * weights[:, None]) + prior)
         solution = covariance @ (design.T @ (weights * h))
     # Feet that are not on a plane, on boxes or of a crawling person, tell less.
-    scatter = float(MAD_TO_STDDEV * np.median(np.abs(h - design @ solution)))
+    scatter = float(robust_stddev(h - design @ solution))
     excess = max(1.0, scatter / PLANE_SCATTER_M) ** 2
     slope_covariance = covariance[:2, :2] + np.tan(FOOT_SLOPE_STDDEV) ** 2 * np.eye(2)
     body_covariance = np.tan(up_stddev) ** 2 * np.eye(2)
@@ -223,3 +226,31 @@ def _map_frame(up: FloatArray, height: float) -> FloatArray:
         )
     x /= np.linalg.norm(x)
     return rigid_transform([x, np.cross(up, x), up], [0.0, 0.0, height])
+
+
+class AccelerometerGravity:
+    """The vertical from the accelerometer of a sensor at rest.
+
+    Measurements that differ from gravity, because the sensor is moved, are left out.
+    """
+
+    def __init__(self) -> None:
+        self.readings = 0
+        self.left_out = 0
+        self._sum = np.zeros(3)
+
+    def add(self, acceleration: FloatArray) -> None:
+        """Add a measurement, (3,) [m/s²] in the sensor's optical frame; at rest it points up."""
+        if not abs(float(np.linalg.norm(acceleration)) - STANDARD_GRAVITY) < GRAVITY_TOLERANCE:
+            self.left_out += 1
+            return
+        self.readings += 1
+        self._sum += acceleration
+
+    def gravity(self) -> Gravity | None:
+        """Up in the sensor's frame; ``None`` before enough measurements."""
+        length = float(np.linalg.norm(self._sum))
+        if self.readings < MIN_READINGS or length == 0.0:
+            return None
+        up = self._sum / length
+        return Gravity(up=up, stddev=float(ACCELEROMETER_STDDEV), source=ACCELEROMETER)

@@ -22,16 +22,17 @@ no motion has excited keeps the value from the N-pose.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from pose_calibration.imus.n_pose import about_z
 from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
 from pose_core.api import FloatArray, SensorToSegment
-from pose_core.finite_numbers import mean_known
+from pose_core.finite_numbers import are_known, mean_known
 from pose_core.joints import SIDES
 
 AXIS_STDDEV = math.radians(5.0)  # [rad] of a limb's direction measured by the cameras
@@ -51,7 +52,7 @@ LIMIT = 2.0  # [-] standard deviations, Huber's threshold
 ITERATIONS = 30
 CONVERGED = 1e-5  # [rad] a smaller step ends the iteration
 OWN = 8  # [-] unknowns of an IMU: y, d, the alignment's rotation (3), b (3)
-MOVING = slice(0, 5)  # y, d, the alignment: unknowns of the segment's orientation
+MOVING = range(5)  # y, d, the alignment: unknowns of the segment's orientation
 ARMS = ("upper_arm", "forearm")
 TRUNK = ("pelvis", "torso", "head")
 _, Y, Z = np.eye(3)
@@ -59,7 +60,7 @@ KNEES = tuple((f"{side}_thigh", f"{side}_shank") for side in SIDES)
 ELBOWS = tuple((f"{side}_upper_arm", f"{side}_forearm") for side in SIDES)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class _Residuals:
     """One kind of residual at m instants, in units of its standard deviation."""
 
@@ -96,16 +97,18 @@ class _Fit:
         self._rows = np.flatnonzero(heard).tolist()
         self._segments = [o.segments[i] for i in self._rows]
         self._R_ws = o.R_world_sensor[:, self._rows]
-        standing = self._R_ws[o.is_neutral]
-        self._R_ws_neutral = np.stack([_mean_rotation(each) for each in standing.swapaxes(0, 1)])
+        standing = self._R_ws[o.is_neutral].swapaxes(0, 1)
+        known = [Rotation.from_matrix(each[np.isfinite(each[:, 0, 0])]) for each in standing]
+        self._R_ws_neutral = np.stack([each.mean().as_matrix() for each in known])
         self._psi = o.neutral_heading
         count = len(self._segments)
         self._y, self._d, self._b = np.zeros(count), np.zeros(count), np.zeros((count, 3))
         for i, row in enumerate(self._rows):
-            u = self._R_ws_neutral[i].T @ Z
-            self._y[i] = _turn_between(self._R_ws[:, i] @ u, o.long_axis[:, row])
+            vertical = self._R_ws[:, i] @ (self._R_ws_neutral[i].T @ Z)
+            first, second = (a[:, 0] + 1j * a[:, 1] for a in (vertical, o.long_axis[:, row]))
+            self._y[i] = np.angle(np.nansum(second * np.conj(first)))  # 0 if none is known
         self._first_y = self._y.copy()
-        turn = _about_z(self._psi - self._y)
+        turn = about_z(self._psi - self._y)
         self._M = self._R_ws_neutral.swapaxes(1, 2) @ turn
         self._normal = np.zeros((OWN * count + 1, OWN * count + 1))
 
@@ -146,7 +149,7 @@ class _Fit:
     def _rotations(self) -> FloatArray:
         """Orientation of every segment in map at all instants, (n, s, 3, 3)."""
         heading = self._y + self._d * self._o.times_s[:, None]
-        return np.asarray(_about_z(heading) @ self._R_ws @ self._M)
+        return np.asarray(about_z(heading) @ self._R_ws @ self._M)
 
     def _residuals(self) -> Iterator[_Residuals]:
         R = self._rotations()
@@ -159,18 +162,13 @@ class _Fit:
                 yield _repeated(self._columns(i, MOVING), residual, jacobian)
             yield self._neutral(i)
             yield self._prior(i)
-        for upper, lower in KNEES:
-            if upper in index and lower in index:
-                yield self._knee(R, index[upper], index[lower])
-        for upper, lower in ELBOWS:
-            if upper in index and lower in index:
-                yield self._elbow(R, index[upper], index[lower])
+        for pairs, hinge in ((KNEES, self._knee), (ELBOWS, self._elbow)):
+            for upper, lower in pairs:
+                if upper in index and lower in index:
+                    yield hinge(R, index[upper], index[lower])
         heading = (self._psi - o.neutral_heading) / STAND_HEADING_STDDEV
-        yield _Residuals(
-            columns=np.array([len(self._normal) - 1]),
-            residual=np.array([[heading]]),
-            jacobian=np.array([[[1.0 / STAND_HEADING_STDDEV]]]),
-        )
+        jacobian = np.array([[[1.0 / STAND_HEADING_STDDEV]]])
+        yield _Residuals(np.array([len(self._normal) - 1]), np.array([[heading]]), jacobian)
 
     def _long_axis(self, R: FloatArray, i: int, row: int) -> _Residuals:
         o = self._o
@@ -178,7 +176,7 @@ class _Fit:
         residual = (R[:, i, :, 2] + o.R_map_heading @ self._b[i] - o.long_axis[:, row]) / stddev
         moving = self._axis_jacobian(R[:, i], Z)
         jacobian = np.concatenate([moving, o.R_map_heading], axis=2) / stddev[..., None]
-        return _repeated(self._columns(i, slice(0, OWN)), residual, jacobian)
+        return _repeated(self._columns(i, range(OWN)), residual, jacobian)
 
     def _knee(self, R: FloatArray, upper: int, lower: int) -> _Residuals:
         residual = (R[:, upper, :, 1] - R[:, lower, :, 1]) / HINGE_STDDEV
@@ -199,20 +197,20 @@ class _Fit:
     def _neutral(self, i: int) -> _Residuals:
         tilt = ARM_TILT_STDDEV if self._segments[i].endswith(ARMS) else TILT_STDDEV
         stddev = np.array([tilt, tilt, TURN_STDDEV])
-        R = _about_z(self._y[i] - self._psi) @ self._R_ws_neutral[i] @ self._M[i]
+        R = about_z(self._y[i] - self._psi) @ self._R_ws_neutral[i] @ self._M[i]
         up = R[2]  # the vertical in the segment's axes
         jacobian = np.column_stack([up, np.eye(3), -up]) / stddev[:, None]
-        columns = np.append(self._columns(i, slice(0, OWN))[[0, 2, 3, 4]], len(self._normal) - 1)
+        columns = np.append(self._columns(i, (0, 2, 3, 4)), len(self._normal) - 1)
         residual = Rotation.from_matrix(R).as_rotvec() / stddev
-        return _Residuals(columns=columns, residual=residual[None], jacobian=jacobian[None])
+        return _Residuals(columns, residual[None], jacobian[None])
 
     def _prior(self, i: int) -> _Residuals:
         stddev = np.array([math.pi, DRIFT_STDDEV, BIAS_STDDEV, BIAS_STDDEV, BIAS_STDDEV])
-        columns = self._columns(i, slice(0, OWN))[[0, 1, 5, 6, 7]]
+        columns = self._columns(i, (0, 1, 5, 6, 7))
         heading = self._y[i] - self._first_y[i]  # unobservable if always vertical
         residual = np.array([heading, self._d[i], *self._b[i]]) / stddev
         jacobian = np.diag(1.0 / stddev)
-        return _Residuals(columns=columns, residual=residual[None], jacobian=jacobian[None])
+        return _Residuals(columns, residual[None], jacobian[None])
 
     def _axis_jacobian(self, R: FloatArray, axis: FloatArray) -> FloatArray:
         """Jacobian of R axis by y, d and a rotation of the alignment: (n, 3, 5)."""
@@ -222,35 +220,13 @@ class _Fit:
         by_drift = by_heading * self._o.times_s[:, None]
         return np.concatenate([by_heading[..., None], by_drift[..., None], by_alignment], axis=2)
 
-    def _columns(self, i: int, part: slice) -> NDArray[np.intp]:
-        return np.arange(OWN * i, OWN * (i + 1))[part]
+    def _columns(self, i: int, own: Sequence[int]) -> NDArray[np.intp]:
+        """Columns of some of an IMU's unknowns."""
+        return OWN * i + np.array(own)
 
 
 def _repeated(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatArray) -> _Residuals:
     """Select the known residuals; successive instants are correlated."""
-    known = np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
-    return _Residuals(
-        columns=columns,
-        residual=residual[known],
-        jacobian=jacobian[known],
-        share=PERIOD_NS * 1e-9 / CORRELATION_S,
-    )
-
-
-def _about_z(angle: FloatArray | float) -> FloatArray:
-    """Rotation matrices of angles [rad] about z, shape (...) to (..., 3, 3)."""
-    angle = np.asarray(angle, float)
-    c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
-    rows = ((c, -s, zero), (s, c, zero), (zero, zero, zero + 1.0))
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def _mean_rotation(matrices: FloatArray) -> FloatArray:
-    known = np.isfinite(matrices[:, 0, 0])
-    return np.asarray(Rotation.from_matrix(matrices[known]).mean().as_matrix())
-
-
-def _turn_between(first: FloatArray, second: FloatArray) -> float:
-    """Rotation [rad] about z that maps directions (n, 3) onto others; 0 if none is known."""
-    horizontal = [each[:, 0] + 1j * each[:, 1] for each in (first, second)]
-    return float(np.angle(np.nansum(horizontal[1] * np.conj(horizontal[0]))))
+    known = are_known(residual) & are_known(jacobian).all(axis=1)
+    share = PERIOD_NS * 1e-9 / CORRELATION_S
+    return _Residuals(columns, residual[known], jacobian[known], share)

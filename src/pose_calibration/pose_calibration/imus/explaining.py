@@ -30,39 +30,15 @@ MIRRORED = np.array([-1.0, 1.0, 1.0])  # effect of a world whose z points down o
 
 @dataclass(frozen=True, kw_only=True)
 class Explanations:
-    """Chi-square of every sensor on every segment."""
+    """What the motion tells of the sensors' segments."""
 
-    segments: tuple[str, ...]
-    chi_square: FloatArray  # (s, s): sensor, segment; NaN unknown
-    upside_down: FloatArray  # (s,) each sensor on its own segment, with its world inverted
-
-    @property
-    def swapped(self) -> list[tuple[str, str]]:
-        """Pairs of segments whose sensors fit each other's segment clearly better."""
-        return self._pairs(self._gain_of_exchange() > CLEARLY)
-
-    @property
-    def upside_down_worlds(self) -> list[str]:
-        """Segments whose sensor fits clearly better with its world inverted."""
-        gain = np.diag(self.chi_square) - self.upside_down
-        return [name for name, each in zip(self.segments, gain, strict=True) if each > CLEARLY]
-
-    @property
-    def alike(self) -> list[tuple[str, str]]:
-        """Pairs of segments whose motions are too similar to detect an exchange."""
-        return self._pairs(~(np.abs(self._gain_of_exchange()) > CLEARLY))
-
-    def _pairs(self, chosen: NDArray[np.bool_]) -> list[tuple[str, str]]:
-        pairs = np.argwhere(np.triu(chosen, 1)).tolist()
-        return [(self.segments[i], self.segments[j]) for i, j in pairs]
-
-    def _gain_of_exchange(self) -> FloatArray:
-        own = np.diag(self.chi_square)
-        return np.asarray(own[:, None] + own - self.chi_square - self.chi_square.T)
+    swapped: list[tuple[str, str]]  # segments whose sensors fit each other's clearly better
+    upside_down: list[str]  # segments whose sensor fits clearly better with its world inverted
+    alike: list[tuple[str, str]]  # segments whose motions are too similar to detect an exchange
 
 
 def explain(observations: ImuObservations) -> Explanations:
-    """Compute the chi-square of every sensor on every segment that carries one."""
+    """Compare every sensor with every segment that carries one."""
     o, count = observations, len(observations.segments)
     chi_square, upside_down = np.full((count, count), np.nan), np.full(count, np.nan)
     for i in range(count):
@@ -70,7 +46,18 @@ def explain(observations: ImuObservations) -> Explanations:
         for j in range(count):
             chi_square[i, j] = _unexplained(o, axis, i, j)
         upside_down[i] = _unexplained(o, axis * MIRRORED, i, i)
-    return Explanations(segments=o.segments, chi_square=chi_square, upside_down=upside_down)
+    own = np.diag(chi_square)
+    gain = own[:, None] + own - chi_square - chi_square.T  # of an exchange
+
+    def pairs(chosen: NDArray[np.bool_]) -> list[tuple[str, str]]:
+        found = np.argwhere(np.triu(chosen, 1)).tolist()
+        return [(o.segments[i], o.segments[j]) for i, j in found]
+
+    return Explanations(
+        swapped=pairs(gain > CLEARLY),
+        upside_down=[o.segments[i] for i in np.flatnonzero(own - upside_down > CLEARLY)],
+        alike=pairs(~(np.abs(gain) > CLEARLY)),
+    )
 
 
 def _upright_axis(o: ImuObservations, i: int) -> FloatArray:

@@ -55,7 +55,7 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
             )
             found.append(ImuFinding((first, second), text))
     named = {segment for finding in found for segment in finding.segments}
-    for segment in explanations.upside_down_worlds:
+    for segment in explanations.upside_down:
         if segment not in named:
             text = (
                 f"the sensor of {segment} rotates the wrong way round: its reference frame is "
@@ -70,7 +70,7 @@ def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[ImuFinding]:
     if len(alignments) < LEAST_TO_COMPARE:
         return []
     names = list(alignments)
-    along = np.stack([alignments[name].R_sensor_segment[:, 2] for name in names])
+    along = np.stack([each.R_sensor_segment[:, 2] for each in alignments.values()])
     cosine = along @ along.T
     usual = [i for i in range(len(names)) if np.median(cosine[i]) > ALIKE]
     if len(usual) <= len(names) // 2:
@@ -104,23 +104,19 @@ def _silent(o: ImuObservations) -> list[ImuFinding]:
     standing = np.isfinite(o.rate[o.is_neutral]).mean(axis=0)
     found = []
     for segment, share, then in zip(o.segments, heard, standing, strict=True):
-        if then == 0.0:
-            text = f"the sensor of {segment} was silent while you stood still"
-        elif share < LEAST_SAMPLED:
-            text = f"the sensor of {segment} sent samples only {share:.0%} of the time"
-        else:
-            continue
-        found.append(ImuFinding((segment,), f"{text}: check its cable or radio"))
+        if then == 0.0 or share < LEAST_SAMPLED:
+            only = f"sent samples only {share:.0%} of the time"
+            how = "was silent while you stood still" if then == 0.0 else only
+            text = f"the sensor of {segment} {how}: check its cable or radio"
+            found.append(ImuFinding((segment,), text))
     return found
 
 
 def _unmoved(o: ImuObservations) -> list[ImuFinding]:
     found = []
     for i, segment in enumerate(o.segments):
-        axis = o.long_axis[:, i]
-        axis = axis[np.isfinite(axis[:, 0])]
-        R = o.R_world_sensor[:, i]
-        R = R[np.isfinite(R[:, 0, 0])]
+        axis, R = o.long_axis[:, i], o.R_world_sensor[:, i]
+        axis, R = axis[np.isfinite(axis[:, 0])], R[np.isfinite(R[:, 0, 0])]
         if len(axis) == 0 or len(R) == 0:
             continue
         inclination = np.percentile(np.arccos(np.clip(axis[:, 2], -1.0, 1.0)), MOST)
@@ -221,8 +217,7 @@ class ImuCalibration:
         self._missing, self._progress = what_is_missing(
             self.result.usable, explanations.alike, enough
         )
-        is_over = self.recorder.moved_s >= self.parameters.collect_duration
-        if not self._missing or is_over:
+        if not self._missing or self.recorder.moved_s >= self.parameters.collect_duration:
             self.phase = Phase.DONE
 
     def finish(self) -> ImuCalibrationResult:
@@ -260,9 +255,8 @@ class ImuCalibration:
             return ""
         if self.phase is Phase.STAND:
             return self._missing_for_n_pose()
-        faults = [] if self.result is None else self.result.faults
-        if faults:
-            return faults[0].text
+        if self.result is not None and self.result.faults:
+            return self.result.faults[0].text
         return self._missing or "move: raise the arms, bend the elbows, lift the knees, turn, lean"
 
     def _missing_for_n_pose(self) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pose_core.api import FloatArray, joint_angles
 from pose_core.body.trunk import PAIRS, mid_hip, standing_heading
-from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean, nan_median
+from pose_core.finite_numbers import nan_mean, nan_median, robust_stddev
 from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES, TrackingState
 from pose_core.stamps import NS_PER_S
 
@@ -76,21 +76,20 @@ class NPoseDetector:
         views = np.stack([positions for _, positions in self._samples])  # (n, sensors, 15, 3)
         count = np.isfinite(views[..., 0]).sum(axis=0)
         with np.errstate(invalid="ignore"):
-            known = (count >= LEAST_SAMPLES)[..., None]
-            median = np.where(known, nan_median(views), np.nan)
-            deviation = MAD_TO_STDDEV * nan_median(np.abs(views - median))
-            spread = np.where(known, deviation, np.nan)
-        moving = np.nanmin(np.where(np.isfinite(spread), spread, np.inf), axis=0).max(axis=-1)
+            median = np.where((count >= LEAST_SAMPLES)[..., None], nan_median(views), np.nan)
+            spread = robust_stddev(views - median)
+        moving = np.where(np.isfinite(spread), spread, np.inf).min(axis=0).max(axis=-1)
         if np.sum(moving > STILL_STDDEV) > MOST_MOVING:
             return None
         mean = nan_mean(median)
         if not np.all(np.isfinite(mean)) or not is_n_pose(mean):
             return None
-        heading, root = _placed(mean)
-        neutral = n_pose_joints((mean - root) @ heading)
-        shift = np.mean((mean - root) @ heading - neutral, axis=0)
+        heading = about_z(standing_heading(mean))
+        placed = (mean - mid_hip(mean)) @ heading
+        neutral = n_pose_joints(placed)
+        shift = np.mean(placed - neutral, axis=0)
         own = (median - mean) @ heading
-        common = (mean - root) @ heading - shift - neutral
+        common = placed - shift - neutral
         nearest, farthest = TRACKER_ERROR
         distance = np.linalg.norm(common, axis=1, keepdims=True)
         share = np.clip((farthest - distance) / (farthest - nearest), 0.0, 1.0)
@@ -139,9 +138,9 @@ def n_pose_joints(observed: FloatArray) -> FloatArray:
     return joints
 
 
-def _placed(joints: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Heading axes ``R_map_heading`` and mid-hip [m] of a standing body."""
-    heading = standing_heading(joints)
-    y = np.array([-np.sin(heading), np.cos(heading), 0.0])
-    up = np.array([0.0, 0.0, 1.0])
-    return np.stack([np.cross(y, up), y, up], axis=1), mid_hip(joints)
+def about_z(angle: FloatArray | float) -> FloatArray:
+    """Rotation matrices of angles [rad] about z, shape (...) to (..., 3, 3)."""
+    angle = np.asarray(angle, float)
+    c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
+    rows = ((c, -s, zero), (s, c, zero), (zero, zero, zero + 1.0))
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

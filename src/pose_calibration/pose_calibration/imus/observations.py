@@ -24,7 +24,7 @@ from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
 from pose_core.finite_numbers import nan_mean
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck
 from pose_core.imu.imu_history import ImuHistory, ImuMeasurements
-from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = NS_PER_S // 10  # [ns] between stored instants
@@ -117,9 +117,8 @@ class ObservationRecorder:
             return
         sample = on_reference_clock(sample, self.clocks)
         positions = transformed(self._placed[sample.sensor], sample.positions)
-        tracked = (sample.tracking_state == TrackingState.TRACKED)[:, None]
         index = self._sensors.index(sample.sensor)
-        self._views[index] = np.where(tracked, positions, np.nan)
+        self._views[index] = transformed(self._placed[sample.sensor], sample.tracked)
         self._views_ns[index] = sample.stamp_ns
         self._views[np.abs(self._views_ns - sample.stamp_ns) > LATEST_NS] = np.nan
         self._keep(sample.stamp_ns)
@@ -217,8 +216,7 @@ def _axes(
     """Long axes and lines, (n, s, 3), of joints [m], (n, 15, 3); NaN without the trunk's axes."""
     long, line = np.full((2, len(joints), len(segments), 3), np.nan)
     trunk = trunk_axes(joints)
-    is_known = np.asarray(np.isfinite(trunk).all(axis=(1, 2)))
-    joints = np.where(is_known[:, None, None], joints, np.nan)
+    joints = np.where(np.isfinite(trunk[:, :1, :1]), joints, np.nan)
     for i, segment in enumerate(segments):
         start, end = model.ends(model.segments[segment])
         direction = model.joints[end].direction

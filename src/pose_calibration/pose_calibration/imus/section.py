@@ -24,6 +24,7 @@ from pose_calibration.files.file_values import (
     read_rotation,
     read_vector,
     rounded,
+    rounded_list,
 )
 from pose_core.api import SensorsToSegments, SensorToSegment
 from pose_core.errors import InputError
@@ -47,16 +48,15 @@ def save_alignments(path: Path, alignments: SensorsToSegments) -> None:
 def alignments_document(alignments: SensorsToSegments) -> dict[str, Any]:
     """The section's content, without IMUs that are exchanged: their names may be mended next."""
     segments = {}
-    kept = {name: each for name, each in alignments.items() if not each.worn_on}
-    for segment in (name for name in SEGMENTS if name in kept):
-        alignment = kept[segment]
-        segments[segment] = {
-            "rotation": quaternion_values(alignment.R_sensor_segment, QUATERNION_DIGITS),
-            "stddev_deg": [
-                rounded(min(value, LARGEST_STDDEV_DEG), 2) for value in np.degrees(alignment.stddev)
-            ],
-            "residual_deg": rounded(np.degrees(alignment.residual), 2),
-        }
+    for name in SEGMENTS:
+        if name in alignments and not alignments[name].worn_on:
+            alignment = alignments[name]
+            stddev_deg = np.minimum(np.degrees(alignment.stddev), LARGEST_STDDEV_DEG)
+            segments[name] = {
+                "rotation": quaternion_values(alignment.R_sensor_segment, QUATERNION_DIGITS),
+                "stddev_deg": rounded_list(stddev_deg, 2),
+                "residual_deg": rounded(np.degrees(alignment.residual), 2),
+            }
     return {"version": VERSION, "segments": segments}
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
 from pose_calibration.clocks.joint_delays import Delay
 from pose_calibration.clocks.motion_track import Track, track_of
-from pose_calibration.floor.gravity import Gravity
+from pose_calibration.floor.floor import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
 from pose_calibration.inertial.imu_motion import (
     LEAST_LIMBS,
@@ -95,10 +95,10 @@ def imu_findings(
         if measured:
             clocks[IMUS] = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S)
     known = extrinsics.floor.up_stddev if extrinsics.floor is not None else 0.0
-    turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
-    gravity = (
-        gravity_from_imus(searched, turns, verticals, delay.estimate_s, known) if known else None
-    )
+    gravity = None
+    if known:
+        turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
+        gravity = gravity_from_imus(searched, turns, verticals, delay.estimate_s, known)
     return ImuFindings(
         offset_s=offset_s, offset_stddev_s=delay.stddev_s, clocks=clocks, gravity=gravity
     )
@@ -134,22 +134,17 @@ def clearly_apart(ahead: Mapping[str, Delay]) -> dict[str, Delay]:
 
     None if they are not a minority: then it is unknown which clocks are right.
     """
-    apart = {
-        segment: one
-        for segment, one in ahead.items()
-        if abs(one.estimate_s) > CLEARLY * one.stddev_s
-    }
+    apart = {name: x for name, x in ahead.items() if abs(x.estimate_s) > CLEARLY * x.stddev_s}
     return apart if 2 * len(apart) < len(ahead) else {}
 
 
 def in_time(verticals: Mapping[str, Track], apart: Mapping[str, Delay]) -> dict[str, Track]:
     """The verticals with the stamps of single IMUs corrected by how much these are ahead."""
-    return {
-        segment: Track(one.stamps - apart[segment].estimate_s, one.values)
-        if segment in apart
-        else one
-        for segment, one in verticals.items()
+    late = {
+        segment: Track(verticals[segment].stamps - one.estimate_s, verticals[segment].values)
+        for segment, one in apart.items()
     }
+    return {**verticals, **late}
 
 
 def measure_imu_window(

@@ -20,11 +20,11 @@ import numpy as np
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S
 from pose_calibration.clocks.motion_track import Track
-from pose_calibration.floor.gravity import Gravity
+from pose_calibration.floor.floor import Gravity
 from pose_calibration.geometry.rigid_transform import TUKEY
 from pose_calibration.inertial.imu_motion import View
 from pose_core.api import FloatArray
-from pose_core.finite_numbers import MAD_TO_STDDEV
+from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
 BODY_IMUS = "upright body and body-worn IMUs"
@@ -125,7 +125,7 @@ def _matched(
     joints = track.at(stamps)
     bone = joints[:, end] - joints[:, start]
     up = vertical.at(stamps + delay_s)
-    known = np.isfinite(bone + up).all(axis=1)
+    known = are_known(bone + up)
     if known.sum() < LEAST_SAMPLES:
         return None
     bone = bone[known] @ R.T
@@ -162,7 +162,7 @@ def _normal_equations(
         axis = state.axes[index]
         predicted = limb.bone @ (state.up + state.slopes[segment]) + state.biases[index]
         off = predicted - limb.vertical @ axis
-        scale = max(MAD_TO_STDDEV * float(np.median(np.abs(off))), 0.01)
+        scale = max(float(robust_stddev(off)), 0.01)
         weight = np.clip(1.0 - (off / (TUKEY * scale)) ** 2, 0.0, None) ** 2
         weight /= (OPTIMISM * scale) ** 2 * CORRELATION_S * RATE
         own = -limb.vertical @ _tangents(axis)

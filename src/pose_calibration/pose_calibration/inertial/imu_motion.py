@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
 from pose_calibration.clocks.motion_track import SLOW_S, Track, without_slow
 from pose_core.api import FloatArray, ImuBlock
+from pose_core.finite_numbers import are_known
 from pose_core.imu.burst_stamps import BurstStamps
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.stamps import JUMP_BACK_NS
@@ -229,34 +230,24 @@ def _limb(
     margin = np.arange(-reach, 0) / GRID_RATE
     wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
     up = vertical.at(wide)
-    is_seen, is_up_known = np.isfinite(inclination), np.asarray(np.isfinite(up).all(axis=1))
+    is_seen, is_up_known = np.isfinite(inclination), are_known(up)
     fast_inclination = _without_slow(inclination[:, None], is_seen)[:, 0]
     fast_up = _without_slow(up, is_up_known)
     if is_seen.sum() < LEAST_S * GRID_RATE or fast_inclination[is_seen].std() < LEAST_SWING:
         return None
-    return _misfits(fast_inclination, is_seen, fast_up, is_up_known, reach)
-
-
-def _misfits(
-    inclination: FloatArray,
-    is_seen: NDArray[np.bool_],
-    up: FloatArray,
-    is_up_known: NDArray[np.bool_],
-    reach: int,
-) -> _LimbMisfit | None:
-    count = len(inclination)
     misfit = np.empty(2 * reach + 1)
     energy = 0.0
     for shift in range(2 * reach + 1):
-        both = is_seen & is_up_known[shift : shift + count]
+        at = slice(shift, shift + len(grid))
+        both = is_seen & is_up_known[at]
         if both.sum() < LEAST_S * GRID_RATE:
             return None
-        g, c = up[shift : shift + count][both], inclination[both]
+        g, c = fast_up[at][both], fast_inclination[both]
         normal = g.T @ g + 1e-9 * np.eye(3)
-        direction = np.linalg.solve(normal, g.T @ c)
-        misfit[shift] = max(float(np.mean((c - g @ direction) ** 2)), 1e-12)
+        axis = np.linalg.solve(normal, g.T @ c)
+        misfit[shift] = max(float(np.mean((c - g @ axis) ** 2)), 1e-12)
         if misfit[shift] <= misfit[: shift + 1].min():
-            rate = np.gradient(up[shift : shift + count] @ direction) * GRID_RATE
+            rate = np.gradient(fast_up[at] @ axis) * GRID_RATE
             energy = float(np.mean(rate[both] ** 2))
     independent = float(is_seen.sum()) / (CORRELATION_S * GRID_RATE)
     return _LimbMisfit(misfit=misfit, count=independent, energy=energy)

@@ -7,7 +7,8 @@ dropped. Clocks of single IMUs are compared with the others' once a window.
 """
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -28,7 +29,6 @@ from pose_calibration.inertial.imu_clock import (
 from pose_calibration.inertial.imu_motion import (
     TRACKER_LAG_STDDEV_S,
     ImuMemory,
-    View,
     measure_imu_delay,
 )
 from pose_core.api import IMUS, ONE_IMU, Clock, Clocks, Extrinsics, SkeletonSample
@@ -68,7 +68,10 @@ class ClockTracker:
         if recent and sample.stamp_ns <= recent[-1].stamp_ns:
             if recent[-1].stamp_ns - sample.stamp_ns < JUMP_BACK_NS:
                 return None
-            self._begin_anew()
+            for each in self._samples.values():  # a clock was set back, or a recording restarted
+                each.clear()
+            self._offsets.clear()
+            self._begin_ns, self._single_due_ns = None, 0
         recent.append(sample)
         while sample.stamp_ns - recent[0].stamp_ns > WINDOW_NS:
             recent.popleft()
@@ -83,13 +86,6 @@ class ClockTracker:
         self._measure_all(self._begin_ns, imus)
         return self.clocks
 
-    def _begin_anew(self) -> None:
-        """Drop all samples after a clock was set back, or a recording restarted."""
-        for recent in self._samples.values():
-            recent.clear()
-        self._offsets.clear()
-        self._begin_ns, self._single_due_ns = None, 0
-
     def _remember_known(self, now_ns: int) -> None:
         """Use the calibration's result as the first measurement."""
         for source, clock in self.clocks.items():
@@ -103,9 +99,7 @@ class ClockTracker:
                 self._offsets[source] = deque([known], maxlen=MOST_MEASURED)
 
     def _measure_all(self, begin_ns: int, imus: ImuMemory) -> None:
-        tracks = {
-            name: track_of(list(samples), begin_ns) for name, samples in self._samples.items()
-        }
+        tracks = {name: track_of(ones, begin_ns) for name, ones in self._samples.items()}
         reference = tracks.pop(self._extrinsics.reference)
         for name, track in tracks.items():
             if min(len(reference.stamps), len(track.stamps)) < 2:
@@ -184,19 +178,11 @@ class ClockTracker:
             self.clocks[IMUS] = clock
         else:
             self.clocks.pop(IMUS, None)
-        if self._due_ns >= self._single_due_ns:
-            self._single_due_ns = self._due_ns + WINDOW_NS
-            self._compare_imus(begin_ns, views, verticals, offset)
-
-    def _compare_imus(
-        self,
-        begin_ns: int,
-        views: Sequence[View],
-        verticals: Mapping[str, Track],
-        common: MeasuredOffset,
-    ) -> None:
-        """Update the clocks of single IMUs that differ from the common one."""
-        ahead = imus_ahead(views, verticals, common.offset_s - TRACKER_DELAY_S)
+        if self._due_ns < self._single_due_ns:
+            return
+        self._single_due_ns = self._due_ns + WINDOW_NS
+        # The clocks of single IMUs that differ from the common one.
+        ahead = imus_ahead(views, verticals, offset.offset_s - TRACKER_DELAY_S)
         apart = clearly_apart(ahead)
         for segment, one in ahead.items():
             source = ONE_IMU + segment
@@ -209,12 +195,8 @@ class ClockTracker:
                 self._outliers[source] = outliers if segment in apart else 0
                 if self._outliers[source] < OUTLIERS_OF_STEP:
                     continue
-            own = MeasuredOffset(
-                at_s=common.at_s,
-                offset_s=one.estimate_s,
-                noise_s=one.stddev_s,
-                stddev_s=one.stddev_s,
-            )
+            stddev_s = one.stddev_s
+            own = replace(offset, offset_s=one.estimate_s, noise_s=stddev_s, stddev_s=stddev_s)
             self.clocks[source] = self._clock(source, own, begin_ns, TRACKER_LAG_STDDEV_S)
 
     def _clock(

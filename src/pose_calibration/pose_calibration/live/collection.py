@@ -1,20 +1,21 @@
 """Collection of samples until they determine a calibration: solutions, and what they still lack."""
 
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import replace
+from operator import attrgetter
 
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_calibration.extrinsics.mirrored import refuse_mirrored
-from pose_calibration.floor.gravity import AccelerometerGravity
+from pose_calibration.floor.floor import AccelerometerGravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.live.guidance import what_is_missing
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import (
-    AlignedFrame,
     Clocks,
     Extrinsics,
     SkeletonSample,
@@ -34,26 +35,12 @@ LONGEST = 4_000  # [samples] stored: a minute of two sensors
 UNKNOWN_CLOCK_NS = 200_000_000  # [ns] between stamps that arrive together; networks delay by less
 
 
-class SampleMemory(deque[SkeletonSample]):
-    """The last samples of all sensors, in the order of their arrival, by their own clocks."""
-
-    @property
-    def newest_ns(self) -> int:
-        """The latest stamp [ns]; 0 if there is none."""
-        return max((sample.stamp_ns for sample in self), default=0)
-
-    def by_sensor(self) -> dict[str, list[SkeletonSample]]:
-        """Each sensor's samples."""
-        by_sensor: dict[str, list[SkeletonSample]] = {}
-        for sample in self:
-            by_sensor.setdefault(sample.sensor, []).append(sample)
-        return by_sensor
-
-    def aligned(self, aligner: TimeAligner, clocks: Clocks) -> list[AlignedFrame]:
-        """All samples aligned at common instants by these clocks."""
-        corrected = [on_reference_clock(sample, clocks) for sample in self]
-        corrected.sort(key=lambda sample: sample.stamp_ns)
-        return [frame for sample in corrected for frame in aligner.add(sample)]
+def by_sensor(samples: Iterable[SkeletonSample]) -> dict[str, list[SkeletonSample]]:
+    """Each sensor's samples."""
+    found: dict[str, list[SkeletonSample]] = {}
+    for sample in samples:
+        found.setdefault(sample.sensor, []).append(sample)
+    return found
 
 
 class Collection:
@@ -81,7 +68,7 @@ class Collection:
         self._parameters = parameters
         self._accelerometer, self._imu_memory = accelerometer, imu_memory
         self._counters = counters
-        self._memory = SampleMemory(maxlen=LONGEST)
+        self._memory: deque[SkeletonSample] = deque(maxlen=LONGEST)  # by their own clocks
         self._attempt_at_s = parameters.minimum_duration
         self._refusal = ""
         self._newest_ns: dict[str, int] = {}  # stamp of each sensor's last sample, by its clock
@@ -100,7 +87,13 @@ class Collection:
             max_wait_s=parameters.max_wait + parameters.max_offset,
         )
         self.calibrator = ExtrinsicsCalibrator(parameters.sensors, parameters)
-        for frame in self._memory.aligned(self.aligner, clocks):
+        corrected = [on_reference_clock(sample, clocks) for sample in self._memory]
+        for sample in sorted(corrected, key=attrgetter("stamp_ns")):
+            self._add(sample)
+
+    def _add(self, sample: SkeletonSample) -> None:
+        """Add a sample with its stamp on the reference's clock."""
+        for frame in self.aligner.add(sample):
             self.calibrator.add(frame)
 
     @property
@@ -161,15 +154,20 @@ class Collection:
         """Add a sample of the person; returns the calibration if it is solved anew."""
         self._note_clock(sample)
         self._memory.append(sample)
-        for frame in self.aligner.add(on_reference_clock(sample, self._clocks)):
-            self.calibrator.add(frame)
+        self._add(on_reference_clock(sample, self._clocks))
         observed_s = self.calibrator.memory.observed_s
         if observed_s < self._attempt_at_s:
             return None
         self._attempt_at_s = observed_s + ATTEMPT_EVERY_S
         try:
-            refuse_mirrored(self._memory.by_sensor())
-            self._find_clocks()
+            samples = by_sensor(self._memory)
+            refuse_mirrored(samples)
+            self.clock_offsets, clocks = estimate_clock_offsets(
+                samples, self._parameters.sensors, self._parameters.max_offset
+            )
+            newest_ns = max(one.stamp_ns for one in self._memory)
+            if moved_most_ns(self._clocks, clocks, newest_ns) > SAME_OFFSET_NS:
+                self.use_clocks(clocks)
             self._check_clocks()
             found = self.calibrator.solve(allow_missing=True, gravity=self._accelerometer.gravity())
         except CalibrationError as error:
@@ -181,20 +179,12 @@ class Collection:
         clocks = {name: self._clocks[name] for name in found.sensors if name in self._clocks}
         return self._conclude(self._with_imus(replace(found, clocks=clocks)), observed_s)
 
-    def _find_clocks(self) -> None:
-        """Estimate the clocks' offsets, and align by them."""
-        self.clock_offsets, clocks = estimate_clock_offsets(
-            self._memory.by_sensor(), self._parameters.sensors, self._parameters.max_offset
-        )
-        if moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS:
-            self.use_clocks(clocks)
-
     def _with_imus(self, extrinsics: Extrinsics) -> Extrinsics:
         """Add the results of body-worn IMUs to the calibration, if there are any."""
         if not self._imu_memory.segments:
             return extrinsics
-        by_sensor = self._memory.by_sensor()
-        skeletons = {name: by_sensor[name] for name in extrinsics.sensors if name in by_sensor}
+        samples = by_sensor(self._memory)
+        skeletons = {name: samples[name] for name in extrinsics.sensors if name in samples}
         limit_s = self._parameters.max_offset
         self.imus = imu_findings(extrinsics, skeletons, self._imu_memory, limit_s)
         clocks = {**extrinsics.clocks, **self.imus.clocks}
@@ -206,21 +196,16 @@ class Collection:
     def _conclude(self, extrinsics: Extrinsics, observed_s: float) -> Extrinsics:
         """Decide whether that was the last solution, which then has the body measures too."""
         parameters = self._parameters
-        self.advice, self.progress = what_is_missing(
-            extrinsics,
-            self.calibrator.memory.frames(),
-            parameters.sensors,
-            parameters.enough_rotation_stddev,
-            parameters.enough_position_stddev,
-        )
+        frames = self.calibrator.memory.frames()
+        self.advice, self.progress = what_is_missing(extrinsics, frames, parameters)
         has_all = set(extrinsics.sensors) == set(parameters.sensors)
         is_enough = not self.advice or observed_s >= parameters.collect_duration
         self.is_complete = has_all and is_enough
         if self.is_complete:
-            by_sensor = self._memory.by_sensor()
-            samples = [one for name in extrinsics.sensors for one in by_sensor.get(name, [])]
+            samples = by_sensor(self._memory)
             self._memory.clear()
-            return replace(extrinsics, body=measure_body(samples))
+            measured = [one for name in extrinsics.sensors for one in samples.get(name, [])]
+            return replace(extrinsics, body=measure_body(measured))
         later_s = max(parameters.collect_duration, observed_s + ATTEMPT_EVERY_S)
         next_s = min(NEXT_AFTER * observed_s, observed_s + NEXT_WITHIN_S)
         self._attempt_at_s = min(next_s, later_s)

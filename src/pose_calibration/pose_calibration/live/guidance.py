@@ -6,8 +6,9 @@ import numpy as np
 
 from pose_calibration.extrinsics.frame_memory import KeptFrame
 from pose_calibration.extrinsics.joint_refinement import body_axes
+from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import Extrinsics, FloatArray, transformed
-from pose_core.finite_numbers import nan_mean
+from pose_core.finite_numbers import are_known, nan_mean
 from pose_core.joints import JOINT_INDEX
 
 WANTED_WAY_M = 0.6  # [m] wanted range of the person's positions, sideways and in depth
@@ -15,60 +16,49 @@ WANTED_TURN = np.radians(60.0)  # [rad] wanted range of the body's headings
 
 
 def what_is_missing(
-    extrinsics: Extrinsics,
-    frames: Sequence[KeptFrame],
-    sensors: Sequence[str],
-    enough_rotation: float,
-    enough_position: float,
+    extrinsics: Extrinsics, frames: Sequence[KeptFrame], parameters: LiveCalibrationParameters
 ) -> tuple[str, float]:
     """The most useful next movement, and the progress.
 
     Args:
         extrinsics: The calibration so far.
         frames: Stored frames.
-        sensors: All sensors, in the order of the frames' positions.
-        enough_rotation: Standard deviation [rad] of a rotation that suffices.
-        enough_position: Standard deviation [m] of a position that suffices.
+        parameters: All sensors, in the order of the frames' positions, and the uncertainty that
+            suffices.
 
     Returns:
         A sentence, empty if nothing is missing; and the progress, 0 to 1.
     """
+    sensors = parameters.sensors
     absent = [name for name in sensors if name not in extrinsics.sensors]
     if absent:
         share = len(extrinsics.sensors) / len(sensors)
         return (f"walk where '{absent[0]}' and another sensor both see you", 0.5 * share)
     shares = {
-        name: min(enough_rotation / pair.rotation_stddev, enough_position / pair.position_stddev)
+        name: min(
+            parameters.enough_rotation_stddev / pair.rotation_stddev,
+            parameters.enough_position_stddev / pair.position_stddev,
+        )
         for name, pair in extrinsics.residuals.items()
     }
-    if not shares:
-        return "", 1.0
-    worst = min(shares, key=lambda name: shares[name])
-    progress = float(np.clip(shares[worst], 0.0, 1.0))
-    if progress >= 1.0:
+    worst = min(shares, key=lambda name: shares[name], default="")
+    if not worst or shares[worst] >= 1.0:
         return "", 1.0
     pair = extrinsics.residuals[worst]
     known = (
         f"'{worst}' is known to {np.degrees(pair.rotation_stddev):.2f} deg and "
         f"{pair.position_stddev * 100.0:.1f} cm"
     )
-    return f"{known}: {_advice(extrinsics, frames, sensors)}", progress
+    return f"{known}: {_advice(extrinsics, frames, sensors)}", shares[worst]
 
 
 def _advice(extrinsics: Extrinsics, frames: Sequence[KeptFrame], sensors: Sequence[str]) -> str:
     """Instruction to cover the position or heading with the smallest range so far."""
-    places = np.stack(
-        [
-            [
-                transformed(extrinsics.T_map_sensor(name), frame.positions[index])
-                for index, name in enumerate(sensors)
-            ]
-            for frame in frames
-        ]
-    )
-    joints = nan_mean(places, axis=1)
+    seen = np.stack([frame.positions for frame in frames], axis=1)  # (sensors, frames, 15, 3)
+    poses = [extrinsics.T_map_sensor(name) for name in sensors]
+    joints = nan_mean(np.stack([transformed(T, own) for T, own in zip(poses, seen, strict=True)]))
     neck = joints[:, JOINT_INDEX["neck"]]
-    neck = neck[np.isfinite(neck).all(axis=1)]
+    neck = neck[are_known(neck)]
     if len(neck) == 0:
         return "let the sensors see the whole person"
     depth, across = (_way(neck[:, axis]) for axis in (0, 1))

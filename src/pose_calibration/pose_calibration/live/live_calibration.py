@@ -1,19 +1,21 @@
 """Live calibration while the person moves: a first solution, its refinement, and monitoring."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from enum import Enum
 
-from pose_calibration.floor.gravity import AccelerometerGravity
+from pose_calibration.floor.floor import AccelerometerGravity
 from pose_calibration.inertial.imu_motion import ImuMemory
+from pose_calibration.live.clock_tracking import ClockTracker
 from pose_calibration.live.collection import COUNTERS, Collection
-from pose_calibration.live.monitoring import Monitoring
 from pose_calibration.live.parameters import LiveCalibrationParameters
-from pose_calibration.live.watchdog import Moved
+from pose_calibration.live.watchdog import Moved, Watchdog
 from pose_calibration.people.calibration_person import CalibrationPerson
-from pose_core.api import Clocks, Extrinsics, SkeletonSample
+from pose_core.api import Clocks, Extrinsics, SkeletonSample, moved_most_ns, on_reference_clock
 from pose_core.counters import Counters
 
 IMU_REACH_NS = 90_000_000_000  # [ns] duration of stored IMU samples
+CHANGED_NS = 500_000  # [ns] change from which on a clock is published again
 
 
 class CalibrationState(Enum):
@@ -69,7 +71,8 @@ class LiveCalibration:
         self.collection = Collection(
             self.parameters, self.accelerometer, self.imu_memory, self._counters
         )
-        self._monitoring: Monitoring | None = None
+        self._monitors: tuple[ClockTracker, Watchdog] | None = None  # after the calibration
+        self._new_clocks: Clocks | None = None
 
     @property
     def is_finished(self) -> bool:
@@ -93,12 +96,12 @@ class LiveCalibration:
     @property
     def moved(self) -> Moved | None:
         """A sensor that has been moved since the calibration, until the views agree again."""
-        return None if self._monitoring is None else self._monitoring.watchdog.moved
+        return None if self._monitors is None else self._monitors[1].moved
 
     @property
     def displacement(self) -> Mapping[str, float]:
         """Displacement of each view from the others [m], since the calibration."""
-        return {} if self._monitoring is None else self._monitoring.watchdog.displacement
+        return {} if self._monitors is None else self._monitors[1].displacement
 
     @property
     def counts(self) -> dict[str, int]:
@@ -133,7 +136,8 @@ class LiveCalibration:
 
     def take_clocks(self) -> Clocks | None:
         """The clocks, once after each change; None without a change."""
-        return None if self._monitoring is None else self._monitoring.take_clocks()
+        clocks, self._new_clocks = self._new_clocks, None
+        return clocks
 
     def add(self, persons: Sequence[SkeletonSample]) -> Extrinsics | None:
         """Add all persons of one sensor's frame; returns the calibration if it is new."""
@@ -166,15 +170,22 @@ class LiveCalibration:
         self.collection.use_clocks(extrinsics.clocks)
         self.selector.use_extrinsics(extrinsics)
         if self.parameters.watch:
-            aligner, limit_s = self.collection.aligner, self.parameters.max_offset
-            self._monitoring = Monitoring(extrinsics, aligner, limit_s)
+            clock_tracker = ClockTracker(extrinsics, self.parameters.max_offset)
+            self._monitors = clock_tracker, Watchdog(extrinsics)
+            self._new_clocks = None
 
     def _monitor(self, sample: SkeletonSample) -> None:
-        if self._monitoring is None:
+        """Track the sources' clocks and compare the views, until the next calibration."""
+        if self._monitors is None or self.extrinsics is None:
             return
-        is_moved = self._monitoring.add(sample, self.imu_memory)
-        self.extrinsics = self._monitoring.extrinsics
-        if is_moved:
+        clock_tracker, watchdog = self._monitors
+        clocks, known = clock_tracker.add(sample, self.imu_memory), self.extrinsics.clocks
+        if clocks is not None and moved_most_ns(known, clocks, sample.stamp_ns) > CHANGED_NS:
+            self._new_clocks = dict(clocks)
+            self.extrinsics = replace(self.extrinsics, clocks=self._new_clocks)
+        frames = self.collection.aligner.add(on_reference_clock(sample, self.extrinsics.clocks))
+        noticed = [watchdog.add(frame) for frame in frames]
+        if any(noticed):
             self._counters.add("moves_noticed")
             if self.parameters.recalibrate_when_moved:
                 self.restart()

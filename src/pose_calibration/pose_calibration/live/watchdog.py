@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_calibration.extrinsics.frame_memory import tracked_positions
-from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
-from pose_core.finite_numbers import MAD_TO_STDDEV, nan_median
+from pose_calibration.extrinsics.frame_memory import placed_positions
+from pose_core.api import AlignedFrame, Extrinsics, FloatArray
+from pose_core.finite_numbers import are_known, nan_median, robust_stddev
 from pose_core.stamps import NS_PER_S
 
 BLOCK_NS = NS_PER_S
@@ -70,12 +70,8 @@ class Watchdog:
         """Current displacement of each view from the others [m], by sensor; empty at first."""
         if not self._blocks:
             return {}
-        distance = np.linalg.norm(self._blocks[-1], axis=1)
-        return {
-            name: float(each)
-            for name, each in zip(self._sensors, distance, strict=True)
-            if np.isfinite(each)
-        }
+        distance = zip(self._sensors, np.linalg.norm(self._blocks[-1], axis=1), strict=True)
+        return {name: float(each) for name, each in distance if np.isfinite(each)}
 
     def add(self, frame: AlignedFrame) -> Moved | None:
         """Add an instant; at the end of each second, returns a newly detected motion."""
@@ -99,15 +95,8 @@ class Watchdog:
 
     def _differences(self, frame: AlignedFrame) -> FloatArray:
         """Each view's joints less the others' mean [m], (sensors, 15, 3)."""
-        T_reference_sensor = self._extrinsics.T_reference_sensor
-        seen = tracked_positions(frame, self._sensors)
-        places = np.stack(
-            [
-                transformed(T_reference_sensor[name], own)
-                for name, own in zip(self._sensors, seen, strict=True)
-            ]
-        )
-        is_known = np.asarray(np.isfinite(places).all(axis=2))
+        places = placed_positions(frame, self._sensors, self._extrinsics)
+        is_known = are_known(places)
         filled = np.where(is_known[..., None], places, 0.0)
         others = is_known.sum(axis=0) - is_known
         mean = (filled.sum(axis=0) - filled) / np.maximum(others, 1)[..., None]
@@ -155,13 +144,12 @@ class Watchdog:
         if self.moved is not None:
             return self.moved if beyond.max() > AGREES else None
         beyond *= lasting
-        return self._moved(beyond, step) if beyond.max() >= 1.0 else None
-
-    def _moved(self, share: FloatArray, distance: FloatArray) -> Moved:
-        worst = int(np.argmax(share))
+        worst = int(np.argmax(beyond))
+        if beyond[worst] < 1.0:
+            return None
         # Of two views either may have moved; of three, the moved one has the largest displacement.
         sensors = self._sensors if len(self._sensors) == 2 else (self._sensors[worst],)
-        return Moved(sensors=sensors, distance=float(distance[worst]))
+        return Moved(sensors=sensors, distance=float(step[worst]))
 
 
 def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
@@ -170,7 +158,5 @@ def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
     At least that of four independent blocks, since thirty blocks have few rows of four.
     """
     rows = np.lib.stride_tricks.sliding_window_view(blocks, NEWEST_BLOCKS, axis=0).mean(axis=-1)
-    of_means, of_blocks = (
-        MAD_TO_STDDEV * nan_median(np.abs(some - baseline)).max(axis=1) for some in (rows, blocks)
-    )
+    of_means, of_blocks = (robust_stddev(some - baseline).max(axis=1) for some in (rows, blocks))
     return np.fmax(of_means, of_blocks / np.sqrt(NEWEST_BLOCKS))

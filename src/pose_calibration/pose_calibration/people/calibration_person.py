@@ -47,8 +47,8 @@ def match_people(
             persons.setdefault(number, []).append(sample)
     if len(sensors) > 1:
         persons = {number: ones for number, ones in persons.items() if _in_common(ones)}
-    by_view = sorted(persons, key=lambda n: (_in_common(persons[n]), len(persons[n])), reverse=True)
-    return tracker, {number: persons[number] for number in by_view}
+    by_view = sorted(persons.items(), key=lambda n: (_in_common(n[1]), len(n[1])), reverse=True)
+    return tracker, dict(by_view)
 
 
 def with_id(frame: Frame, person: str) -> list[SkeletonSample]:

@@ -24,6 +24,7 @@ from pose_core.api import (
     SkeletonSample,
     transformed,
 )
+from pose_core.finite_numbers import are_known
 from pose_core.joints import JOINTS
 
 SHIFTS_S = (0.0, -0.2, 0.2, -0.4, 0.4)  # [s] tried offsets between the sensors' clocks
@@ -124,7 +125,7 @@ def _hypothesis(a: Track, b: Track) -> Hypothesis | None:
     for shift_s in SHIFTS_S:
         instants = _common_instants(a, b, shift_s)
         at_target, at_source = a.at(instants), b.at(instants + shift_s)
-        known = np.asarray(np.isfinite(at_target + at_source).all(axis=2))
+        known = are_known(at_target + at_source)
         if known.any(axis=1).sum() < LEAST_COMMON:
             continue
         try:
@@ -165,5 +166,5 @@ def _explained(hypothesis: Hypothesis, targets: Sequence[Track], sources: Sequen
 
 def _travel(positions: FloatArray) -> float:
     """Spatial spread of a person's joints over time [m]: a person at rest determines little."""
-    known = positions[np.isfinite(positions).all(axis=2)]
+    known = positions[are_known(positions)]
     return STILL_FACTOR + float(np.sqrt(np.var(known, axis=0).sum())) if len(known) else 0.0

@@ -17,6 +17,7 @@ from pose_core.body.kinematics import ForwardKinematics, left_jacobian
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
+from pose_core.finite_numbers import are_known
 from pose_core.parameters import parameter
 
 FRAME_PERIOD_S = 1.0 / 30.0  # for which the constant Q is defined
@@ -73,13 +74,9 @@ class Li2020Filter:
         self.kinematics = ForwardKinematics(model, shape.offsets)
         self._transform = UnscentedTransform(2 * model.size, alpha=parameters.alpha)
         self._Q = self._process_noise()
-        self._turns = [
-            model.dof_index[link.dof[-1].name]
-            for link in model.links.values()
-            if len(link.dof) == BALL_JOINT
-        ]
-        self._mean = np.zeros(2 * model.size)
-        self._covariance = np.eye(2 * model.size)
+        balls = (link.dof for link in model.links.values() if len(link.dof) == BALL_JOINT)
+        self._turns = np.array([model.dof_index[dof[-1].name] for dof in balls])
+        self._mean, self._covariance = np.zeros(2 * model.size), np.eye(2 * model.size)
 
     @property
     def dof(self) -> FloatArray:
@@ -152,7 +149,7 @@ class Li2020Filter:
         self._bound_turns()
         self._re_reference()
         distance = np.linalg.norm((fused - measurement.mean).reshape(-1, 3), axis=-1)
-        return np.where(np.isfinite(measured).all(axis=2).any(axis=0), distance, np.nan)
+        return np.where(are_known(measured).any(axis=0), distance, np.nan)
 
     def _process_noise(self) -> FloatArray:
         from filterpy.common import Q_discrete_white_noise  # imports scipy.stats, see unscented
@@ -178,11 +175,11 @@ class Li2020Filter:
         While the limb is straight it is not measured, and a wrong rate would make it wind up.
         """
         d = self._size
-        lower, upper = self.model.limits[np.array(self._turns) - ROOT_DOF].T
+        lower, upper = self.model.limits[self._turns - ROOT_DOF].T
         bounded = np.clip(self._mean[self._turns], lower, upper)
         is_beyond = bounded != self._mean[self._turns]
         self._mean[self._turns] = bounded
-        self._mean[d + np.array(self._turns)[is_beyond]] = 0.0
+        self._mean[d + self._turns[is_beyond]] = 0.0
 
     def _re_reference(self) -> None:
         """Move the root's rotation vector into the reference before it leaves its chart."""

@@ -21,7 +21,6 @@ class BodyFrames:
     """
 
     def __init__(self, model: BodyModel, body_id: str) -> None:
-        links = model.link_names
         self.names = [link_frame(link, body_id) for link in model.links.values()]
         between: list[tuple[int, int, tuple[float, float, float], int]] = []
         for row, link in enumerate(model.links.values()):
@@ -33,7 +32,7 @@ class BodyFrames:
                 at = len(self.names)
                 self.names.append(frames[index])
         for joint in end_joints(model):
-            link_row = links.index(model.joints[joint].link)
+            link_row = model.link_index[model.joints[joint].link]
             between.append((link_row, -1, (0.0, 0.0, 0.0), JOINT_INDEX[joint]))
             self.names.append(joint_frame(model, joint, body_id))
         self._place_all = type_specialised(compute_frame_poses_batch)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
-from pose_core.body.model import BodyModel
+from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES
 from pose_core.kernels.rotations import logarithm
@@ -33,7 +33,11 @@ def dof_from_positions(model: BodyModel, positions: FloatArray) -> FloatArray:
     dof = np.zeros(model.size)
     dof[:3] = mid_hip(positions)
     bones = {name: R_map_body.T @ positions[index] for name, index in JOINT_INDEX.items()}
-    values = _neck_angles(bones["head"] - bones["neck"])
+    neck = bones["head"] - bones["neck"]
+    # R_y(flexion) R_x(lateral bending) takes (0, 0, 1) to (sf cl, −sl, cf cl).
+    x, y, z = neck / np.linalg.norm(neck)
+    bending = -np.arcsin(np.clip(y, -1.0, 1.0))
+    values = {"neck_flexion": np.arctan2(x, z), "neck_lateral_bending": bending}
     for side in SIDES:
         for ball, hinge, end in LIMB_JOINTS:
             first = bones[f"{side}_{hinge}"] - bones[f"{side}_{ball}"]
@@ -47,6 +51,13 @@ def dof_from_positions(model: BodyModel, positions: FloatArray) -> FloatArray:
     return dof
 
 
+def dof_in_map(model: BodyModel, positions: FloatArray) -> FloatArray:
+    """The same with the root's rotation vector in map."""
+    dof = dof_from_positions(model, positions)
+    dof[3:ROOT_DOF] = vector_from_rotation(trunk_axes(positions))
+    return dof
+
+
 def vector_from_rotation(R: FloatArray) -> FloatArray:
     """Rotation vector [rad] of a rotation matrix, shape (3, 3) to (3,), length at most π."""
     if not np.all(np.isfinite(R)):
@@ -56,19 +67,8 @@ def vector_from_rotation(R: FloatArray) -> FloatArray:
     return vector
 
 
-def _neck_angles(bone: FloatArray) -> dict[str, float]:
-    """Neck R_y(flexion) R_x(lateral bending) takes (0, 0, 1) to (sf cl, −sl, cf cl)."""
-    x, y, z = bone / np.linalg.norm(bone)
-    return {
-        "neck_flexion": float(np.arctan2(x, z)),
-        "neck_lateral_bending": float(-np.arcsin(np.clip(y, -1.0, 1.0))),
-    }
-
-
-def _limb_angles(
-    side: str, first: FloatArray, second: FloatArray, bend: float
-) -> tuple[float, float, float, float]:
-    """Flexion, abduction, rotation and the hinge's flexion [rad] of one limb."""
+def _limb_angles(side: str, first: FloatArray, second: FloatArray, bend: float) -> FloatArray:
+    """Flexion, abduction, rotation and the hinge's flexion [rad] of one limb, (4,)."""
     outward = 1.0 if side == "left" else -1.0
     x, y, z = first / np.linalg.norm(first)
     flexion = np.arctan2(x, -z)
@@ -79,4 +79,4 @@ def _limb_angles(
     # The hinge moves the end along ±x of the limb, which determines the limb's axial rotation.
     about_z = np.arctan2(bend * across[1], bend * across[0])
     rotation = -outward * about_z if hinge_flexion > STRAIGHT else 0.0
-    return float(flexion), float(abduction), float(rotation), float(hinge_flexion)
+    return np.array([flexion, abduction, rotation, hinge_flexion])

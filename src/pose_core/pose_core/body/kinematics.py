@@ -12,7 +12,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
-from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.joints import JOINTS
 from pose_core.kernels.forward_kinematics import ModelArrays, compute_links
 
 SMALL_ANGLE = 1e-6  # [rad] below it, the series of the left Jacobian
@@ -85,22 +85,19 @@ class ForwardKinematics:
 def model_arrays(model: BodyModel, offsets: FloatArray) -> ModelArrays:
     """Convert a body model and its joints' offsets, (15, 3) [m], to the kernels' arrays."""
     links = list(model.links.values())
-    index = {link.name: number for number, link in enumerate(links)}
     dof, axes = np.full((len(links), 3), -1, np.int64), np.zeros((len(links), 3, 3))
     limits = np.zeros((len(links), 3, 2))
     for row, link in enumerate(links):
         for column, degree in enumerate(link.dof):
             dof[row, column], axes[row, column] = model.dof_index[degree.name], degree.axis
             limits[row, column] = degree.lower, degree.upper
-    parents = [-1 if link.parent is None else index[link.parent] for link in links]
-    about = [-1 if link.joint is None else JOINT_INDEX[link.joint] for link in links]
     return ModelArrays(
-        parents=np.array(parents, np.int64),
+        parents=model.parents,
         dof_count=np.array([len(link.dof) for link in links], np.int64),
         dof=dof,
         axes=axes,
         limits=limits,
-        pivot_joints=np.array(about, np.int64),
-        link_of_joint=np.array([index[model.joints[j].link] for j in JOINTS], np.int64),
+        pivot_joints=model.link_joints,
+        link_of_joint=np.array([model.link_index[model.joints[j].link] for j in JOINTS]),
         offsets=np.array(offsets, float, order="C"),
     )

@@ -32,6 +32,7 @@ DOF_COUNTS = {
     "shank": (1,),
 }
 """Links that a model may have, without their side, and the numbers of degrees of freedom."""
+BALLS, OUTWARD = ("shoulder", "hip"), (("left", 1), ("right", -1))
 AXES = {
     "waist_flexion": (0, 1, 0),
     "waist_lateral_bending": (1, 0, 0),
@@ -39,11 +40,9 @@ AXES = {
     "neck_flexion": (0, 1, 0),
     "neck_lateral_bending": (1, 0, 0),
     "neck_rotation": (0, 0, 1),
-    **{f"{side}_{ball}_flexion": (0, -1, 0) for side in SIDES for ball in ("shoulder", "hip")},
-    **{f"left_{ball}_abduction": (1, 0, 0) for ball in ("shoulder", "hip")},
-    **{f"right_{ball}_abduction": (-1, 0, 0) for ball in ("shoulder", "hip")},
-    **{f"left_{ball}_rotation": (0, 0, -1) for ball in ("shoulder", "hip")},
-    **{f"right_{ball}_rotation": (0, 0, 1) for ball in ("shoulder", "hip")},
+    **{f"{side}_{ball}_flexion": (0, -1, 0) for side in SIDES for ball in BALLS},
+    **{f"{side}_{ball}_abduction": (out, 0, 0) for side, out in OUTWARD for ball in BALLS},
+    **{f"{side}_{ball}_rotation": (0, 0, -out) for side, out in OUTWARD for ball in BALLS},
     **{f"{side}_elbow_flexion": (0, -1, 0) for side in SIDES},
     **{f"{side}_knee_flexion": (0, 1, 0) for side in SIDES},
 }
@@ -119,6 +118,17 @@ class BodyModel:
         return tuple(self.links)
 
     @cached_property
+    def link_index(self) -> dict[str, int]:
+        """Index of each link."""
+        return {name: index for index, name in enumerate(self.links)}
+
+    @cached_property
+    def parents(self) -> NDArray[np.int64]:
+        """Index of each link's parent; −1 for the root."""
+        parents = [link.parent for link in self.links.values()]
+        return np.array([-1 if name is None else self.link_index[name] for name in parents])
+
+    @cached_property
     def link_joints(self) -> NDArray[np.int64]:
         """Index of the joint that each link rotates about; −1 for the root."""
         joints = [link.joint for link in self.links.values()]
@@ -139,10 +149,8 @@ class BodyModel:
     @cached_property
     def limits(self) -> FloatArray:
         """Lower and upper limit of each joint angle, shape (angles, 2) [rad]."""
-        by_name = {
-            dof.name: (dof.lower, dof.upper) for link in self.links.values() for dof in link.dof
-        }
-        return np.array([by_name[name] for name in self.angle_names])
+        dof = {each.name: each for link in self.links.values() for each in link.dof}
+        return np.array([[dof[name].lower, dof[name].upper] for name in self.angle_names])
 
 
 def available_models() -> list[str]:

@@ -11,9 +11,7 @@ link l about map's axes is :math:`-[R_l o_{jl}]_\times`, whatever the structure 
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.joints import JOINT_INDEX, JOINTS
@@ -31,25 +29,23 @@ class SegmentTree:
 
     def __init__(self, model: BodyModel, shape: BodyShape) -> None:
         self.model = model
-        names = model.link_names
-        index = {name: i for i, name in enumerate(names)}
-        links = list(model.links.values())
-        self.parents = np.array([-1 if k.parent is None else index[k.parent] for k in links])
-        self.offsets = np.zeros((len(JOINTS), len(names), 3))
+        self.parents = model.parents
+        self.offsets = np.zeros((len(JOINTS), len(model.links), 3))
         """Offset of each link to each joint in the links' axes, (15, links, 3) [m]."""
         self.slides = np.zeros((len(JOINTS), len(model.sliding)))
         """(15, sliding joints): 1 if a joint moves with a sliding joint."""
-        for joint in JOINTS:
-            self._walk(joint, JOINT_INDEX[joint], shape, index)
-        self.sliding_links = np.array([index[model.joints[j].link] for j in model.sliding], int)
+        for row, joint in enumerate(JOINTS):
+            self._walk(joint, row, shape)
+        sliding_links = [model.link_index[model.joints[j].link] for j in model.sliding]
+        self.sliding_links = np.array(sliding_links, int)
         """(sliding joints,): the link that each slides in."""
 
-    def _walk(self, joint: str, row: int, shape: BodyShape, index: dict[str, int]) -> None:
+    def _walk(self, joint: str, row: int, shape: BodyShape) -> None:
         """Add up the offsets from a joint down to the root."""
         at: str | None = joint
         while at is not None:
             link = self.model.joints[at].link
-            self.offsets[row, index[link]] += shape.offsets[JOINT_INDEX[at]]
+            self.offsets[row, self.model.link_index[link]] += shape.offsets[JOINT_INDEX[at]]
             if at in self.model.sliding:
                 self.slides[row, self.model.sliding.index(at)] = 1.0
             at = self.model.links[link].joint
@@ -60,7 +56,7 @@ class SegmentTree:
         links = list(self.model.links.values())
         hinges = np.array([i for i, link in enumerate(links) if len(link.dof) == 1], np.int64)
         return Hinges(
-            parents=self.parents[hinges].astype(np.int64),
+            parents=self.parents[hinges],
             links=hinges,
             signs=np.array([sum(links[i].dof[0].axis) for i in hinges], float),
         )
@@ -81,26 +77,23 @@ class SegmentTree:
     @cached_property
     def arrays(self) -> BodyArrays:
         """The tree as arrays for the kernels."""
+        links = np.arange(len(self.parents))
         carriers = [
-            np.flatnonzero(np.any(offsets != 0.0, axis=1) | self._slides_in(goes_along))
-            for offsets, goes_along in zip(self.offsets, self.slides, strict=True)
+            np.flatnonzero(
+                np.any(offsets != 0.0, axis=1) | np.isin(links, self.sliding_links[slides != 0.0])
+            )
+            for offsets, slides in zip(self.offsets, self.slides, strict=True)
         ]
         listed = np.zeros((len(carriers), max(map(len, carriers))), np.int64)
-        for row, links in zip(listed, carriers, strict=True):
-            row[: len(links)] = links
+        for row, own in zip(listed, carriers, strict=True):
+            row[: len(own)] = own
         return BodyArrays(
             offsets=self.offsets,
             sliding_links=self.sliding_links,
             slides=self.slides,
             carriers=listed,
-            carrier_count=np.array([len(links) for links in carriers], np.int64),
+            carrier_count=np.array([len(own) for own in carriers], np.int64),
         )
-
-    def _slides_in(self, goes_along: FloatArray) -> NDArray[np.bool_]:
-        """The links in which a joint slides, shape (links,)."""
-        result = np.zeros(len(self.parents), bool)
-        result[self.sliding_links[goes_along != 0.0]] = True
-        return result
 
 
 def without_side(link: str) -> str:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.atomic_file import write_atomically
@@ -19,8 +18,8 @@ from pose_core.body.average_body import neutral_pose
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
-from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean
-from pose_core.joints import JOINT_INDEX, JOINTS, OTHER_SIDE, SIDES
+from pose_core.finite_numbers import are_known, nan_mean, robust_stddev
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, JOINTS, OTHER_SIDE
 from pose_core.plain_yaml import dump_yaml, read_yaml
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
@@ -28,8 +27,7 @@ SMALLEST_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
 MIN_SAMPLES = 10  # [-] for the outlier test
 MIN_MEASURED = 5  # [-] joints that determine the size of an average body
 UPRIGHT = np.radians(25.0)  # [rad] largest angle between thigh and trunk of a standing person
-HIPS, KNEES = ([JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "knee"))
-ARM_ENDS = [JOINT_INDEX[f"{side}_{name}"] for side in SIDES for name in ("elbow", "hand")]
+ARM_ENDS = JOINT_PAIRS["elbow"] + JOINT_PAIRS["hand"]
 LONGEST_BONE = 1.0  # [m] plausibility limit
 
 
@@ -93,11 +91,20 @@ def estimate_body_shape(
             if not assume_unseen:
                 raise
             unseen = unseen or error
-    offsets = _symmetric(offsets)
-    measured = np.asarray(np.isfinite(offsets).all(axis=1))
+    # Trackers have larger errors than real bodies have asymmetries. A joint that was measured on
+    # one side only is the same on the other.
+    mirrored = offsets * [1.0, -1.0, 1.0]
+    offsets = nan_mean(np.stack([offsets, mirrored[OTHER_SIDE]]))
+    measured = are_known(offsets)
     if unseen is not None and measured.sum() < MIN_MEASURED:
         raise unseen
-    return _complete(model, offsets, measured)
+    average = shape_of(model, neutral_pose()).offsets
+    length, usual = (np.linalg.norm(each[measured], axis=1).sum() for each in (offsets, average))
+    size = length / usual  # [-] of the person, relative to the average body
+    return BodyShape(
+        offsets=np.where(measured[:, None], offsets, size * average),
+        assumed=tuple(name for name in JOINTS if not measured[JOINT_INDEX[name]]),
+    )
 
 
 def _measured_offset(
@@ -123,18 +130,6 @@ def _measured_offset(
     return _robust_mean(name, np.linalg.norm(bones, axis=1)) * np.asarray(place.direction)
 
 
-def _complete(model: BodyModel, offsets: FloatArray, measured: NDArray[np.bool_]) -> BodyShape:
-    """The measures, with the joints that were not measured from an average body of this size."""
-    average = shape_of(model, neutral_pose()).offsets
-    lengths = (np.linalg.norm(each[measured], axis=1).sum() for each in (offsets, average))
-    measured_length, average_length = lengths
-    size = measured_length / average_length  # [-] of the person, relative to the average body
-    return BodyShape(
-        offsets=np.where(measured[:, None], offsets, size * average),
-        assumed=tuple(name for name in JOINTS if not measured[JOINT_INDEX[name]]),
-    )
-
-
 def with_shorter_arms(shape: BodyShape, factor: float) -> BodyShape:
     """The measures with the bones of the arms times a factor [-]."""
     offsets = shape.offsets.copy()
@@ -158,19 +153,10 @@ def _upright(in_trunk: FloatArray) -> FloatArray:
     Args:
         in_trunk: Joints in the trunk's axes, shape (n, 15, 3) [m].
     """
-    thighs = in_trunk[:, KNEES] - in_trunk[:, HIPS]
+    thighs = in_trunk[:, JOINT_PAIRS["knee"]] - in_trunk[:, JOINT_PAIRS["hip"]]
     hang = -thighs[..., 2] > np.cos(UPRIGHT) * np.linalg.norm(thighs, axis=-1)
     upright = in_trunk[hang.all(axis=1)]
     return upright if len(upright) >= MIN_SAMPLES else in_trunk
-
-
-def _symmetric(offsets: FloatArray) -> FloatArray:
-    """Make the body symmetric: trackers have larger errors than real bodies have asymmetries.
-
-    A joint that was measured on one side only is the same on the other.
-    """
-    mirrored = offsets * [1.0, -1.0, 1.0]
-    return nan_mean(np.stack([offsets, mirrored[OTHER_SIDE]]))
 
 
 def _robust_mean(name: str, values: FloatArray) -> float:
@@ -181,7 +167,7 @@ def _robust_mean(name: str, values: FloatArray) -> float:
             "needed: stand where the sensors see the whole body"
         )
     deviations = np.abs(values - np.median(values))
-    spread = max(MAD_TO_STDDEV * float(np.median(deviations)), SMALLEST_SPREAD)
+    spread = max(float(robust_stddev(deviations)), SMALLEST_SPREAD)
     return float(np.mean(values[deviations <= OUTLIER * spread]))
 
 

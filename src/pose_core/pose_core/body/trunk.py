@@ -7,18 +7,14 @@ x = y × z.
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_core.finite_numbers import are_known
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS
 from pose_core.kernels.camera_geometry import compute_trunk_axes_batch
 
 HIPS_AND_NECK = np.array([JOINT_INDEX[j] for j in ("left_hip", "right_hip", "neck")])
 LEFT_HIP, RIGHT_HIP, NECK = HIPS_AND_NECK.tolist()
 
-PAIRS = np.array(
-    [
-        [JOINT_INDEX[f"{side}_{name}"] for side in SIDES]
-        for name in dict.fromkeys(j.split("_", 1)[1] for j in JOINTS if "_" in j)
-    ]
-)
+PAIRS = np.array(list(JOINT_PAIRS.values()))
 """(6, 2): left and right joint of each kind."""
 
 
@@ -68,7 +64,7 @@ def standing_heading(positions: FloatArray) -> float:
         positions: Joint positions [m] in map, shape (15, 3); NaN unseen.
     """
     lateral = positions[PAIRS[:, 0], :2] - positions[PAIRS[:, 1], :2]
-    seen = np.isfinite(lateral).all(axis=1)
+    seen = are_known(lateral)
     if not seen.any():
         return float("nan")
     x, y = lateral[seen].sum(axis=0)

@@ -44,9 +44,20 @@ def add_visuals(
     side = link.name.split("_")[0]
     color = side if side in COLORS else "middle"
     if "left_hip" in place:
-        _add_pelvis(element, place["left_hip"], place["right_hip"])
+        left, right = place["left_hip"], place["right_hip"]
+        width = float(np.linalg.norm(left - right)) + 2.0 * HALF_HIP_WIDTH
+        size = np.array([DEPTH * width, width, PELVIS_HEIGHT])
+        _add(element, "box", 0.5 * (left + right) + [0.0, 0.0, 0.04], "middle", size=size)
     if "left_shoulder" in place:
-        _add_chest(element, place["left_shoulder"], place["right_shoulder"], place.get("neck"))
+        left, right = place["left_shoulder"], place["right_shoulder"]
+        top = 0.5 * (left + right)
+        width, height = float(np.linalg.norm(left - right)), float(top[2])
+        size = np.array([DEPTH * width, width, height])
+        _add(element, "box", np.array([0.5 * top[0], 0.0, 0.5 * height]), "middle", size=size)
+        for shoulder, own_color in ((left, "left"), (right, "right")):
+            _add(element, "sphere", shoulder, own_color, radius=THICKEST)
+        if "neck" in place:
+            _add(element, "sphere", place["neck"], "middle", radius=NECK_RADIUS)
     if "left_hip" in place or "left_shoulder" in place:
         return
     for joint, offset in place.items():
@@ -59,26 +70,6 @@ def add_visuals(
         _add(element, "sphere", offset, color, radius=HEAD_RADIUS if joint == "head" else radius)
 
 
-def _add_pelvis(element: ElementTree.Element, left: FloatArray, right: FloatArray) -> None:
-    width = float(np.linalg.norm(left - right)) + 2.0 * HALF_HIP_WIDTH
-    size = np.array([DEPTH * width, width, PELVIS_HEIGHT])
-    _add(element, "box", 0.5 * (left + right) + [0.0, 0.0, 0.04], "middle", size=size)
-
-
-def _add_chest(
-    element: ElementTree.Element, left: FloatArray, right: FloatArray, neck: FloatArray | None
-) -> None:
-    """A box from the link's origin up to the shoulders, and a neck."""
-    top = 0.5 * (left + right)
-    width, height = float(np.linalg.norm(left - right)), float(top[2])
-    size = np.array([DEPTH * width, width, height])
-    _add(element, "box", np.array([0.5 * top[0], 0.0, 0.5 * height]), "middle", size=size)
-    for shoulder, color in ((left, "left"), (right, "right")):
-        _add(element, "sphere", shoulder, color, radius=THICKEST)
-    if neck is not None:
-        _add(element, "sphere", neck, "middle", radius=NECK_RADIUS)
-
-
 def _add(
     element: ElementTree.Element,
     solid: str,
@@ -89,19 +80,14 @@ def _add(
 ) -> None:
     """Add a solid, its z axis along the direction."""
     visual = ElementTree.SubElement(element, "visual")
-    rpy = np.zeros(3) if direction is None else _rpy_of_z_axis(direction)
+    x, y, z = (0.0, 0.0, 1.0) if direction is None else direction
+    rpy = np.array([0.0, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)])  # turn z into it
     ElementTree.SubElement(visual, "origin", xyz=plain_numbers(centre), rpy=plain_numbers(rpy))
     geometry = ElementTree.SubElement(visual, "geometry")
     texts = {name: plain_numbers(np.atleast_1d(value)) for name, value in sizes.items()}
     ElementTree.SubElement(geometry, solid, texts)
     material = ElementTree.SubElement(visual, "material", name=f"body_{color}")
     ElementTree.SubElement(material, "color", rgba=plain_numbers(np.array([*COLORS[color], 1.0])))
-
-
-def _rpy_of_z_axis(direction: FloatArray) -> FloatArray:
-    """Fixed-axis roll, pitch, yaw [rad] that turn z into a direction."""
-    x, y, z = direction
-    return np.array([0.0, float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x))])
 
 
 def link_frame(link: Link, body_id: str) -> str:
@@ -134,13 +120,15 @@ def make_urdf(model: BodyModel, shape: BodyShape, body_id: str) -> str:
     limits = dict(zip(model.angle_names, model.limits, strict=True))
     for link in model.links.values():
         if link.parent is None or link.joint is None:
-            _add_link(robot, link_frame(link, body_id), model, shape, link)
+            root = ElementTree.SubElement(robot, "link", name=link_frame(link, body_id))
+            add_visuals(root, model, shape, link)
             continue
         parent = link_frame(model.links[link.parent], body_id)
         origin = shape.offsets[JOINT_INDEX[link.joint]]
         for dof, child in zip(link.dof, chain_frames(link, body_id), strict=True):
-            is_last = dof is link.dof[-1]
-            _add_link(robot, child, model, shape, link if is_last else None)
+            element = ElementTree.SubElement(robot, "link", name=child)
+            if dof is link.dof[-1]:
+                add_visuals(element, model, shape, link)
             joint = _add_joint(robot, dof.name, "revolute", parent, child, origin)
             ElementTree.SubElement(joint, "axis", xyz=plain_numbers(np.array(dof.axis)))
             lower, upper = limits[dof.name]
@@ -156,7 +144,7 @@ def make_urdf(model: BodyModel, shape: BodyShape, body_id: str) -> str:
     for end in end_joints(model):
         child = joint_frame(model, end, body_id)
         parent = link_frame(model.links[model.joints[end].link], body_id)
-        _add_link(robot, child, model, shape, None)
+        ElementTree.SubElement(robot, "link", name=child)
         _add_joint(robot, child, "fixed", parent, child, shape.offsets[JOINT_INDEX[end]])
     ElementTree.indent(robot)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding="unicode") + "\n"
@@ -170,12 +158,3 @@ def _add_joint(
     ElementTree.SubElement(joint, "child", link=child)
     ElementTree.SubElement(joint, "origin", xyz=plain_numbers(origin), rpy="0 0 0")
     return joint
-
-
-def _add_link(
-    robot: ElementTree.Element, frame: str, model: BodyModel, shape: BodyShape, link: Link | None
-) -> None:
-    """Add a link, with its shapes if it is a body part."""
-    element = ElementTree.SubElement(robot, "link", name=frame)
-    if link is not None:
-        add_visuals(element, model, shape, link)

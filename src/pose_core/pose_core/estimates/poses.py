@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.body.kinematics import BodyPose
 from pose_core.body.model import BodyModel
-from pose_core.estimates.body_estimates import EstimateBlock
+from pose_core.estimates.body_estimates import EstimateBlock, Source
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.published_state import PublishedState
 
@@ -27,6 +28,38 @@ class FusedPose:
     rotations: FloatArray  # (links, 3, 3): R_map_link
     joints: FloatArray  # (15, 3) [m] in map
     tracking_state: NDArray[np.uint8]  # (15,) best state over the sensors
+
+
+def pose_by_cameras(
+    position: FloatArray,
+    velocity: FloatArray,
+    variance: FloatArray,
+    is_seen: NDArray[np.bool_] | bool,
+    body: BodyPose,
+    tracking_state: NDArray[np.uint8],
+) -> FusedPose:
+    """A pose that cameras alone measure, by now or by prediction; see :class:`FusedPose`.
+
+    Args:
+        position: (d,).
+        velocity: (d,).
+        variance: (d,).
+        is_seen: Whether the cameras measure each degree of freedom, (d,), or all of them.
+        body: Its links and joints.
+        tracking_state: (15,).
+    """
+    seen = np.broadcast_to(is_seen, position.shape)
+    return FusedPose(
+        position=position.copy(),
+        velocity=velocity.copy(),
+        variance=variance.copy(),
+        weight_kinect=seen.astype(float),
+        weight_imu=np.zeros(position.shape),
+        source=np.where(seen, Source.KINECT, Source.PREDICTED).astype(np.uint8),
+        rotations=body.rotations,
+        joints=body.positions,
+        tracking_state=tracking_state,
+    )
 
 
 EstimatedPose: TypeAlias = FusedPose | PublishedState
@@ -76,6 +109,11 @@ def block_of_poses(
     values = {name: stacked([vars(each.pose)[name] for each in poses]) for name in names}
     rotations, variance = values.pop("rotations"), values.pop("variance")
     position, joints = values["position"], values["joints"]
+    T_map_link = np.empty((*rotations.shape[:2], 4, 4))
+    for row, filled in enumerate(T_map_link):
+        compute_link_transforms(
+            position[row], rotations[row], joints[row], model.link_joints, filled
+        )
     return EstimateBlock(
         stamps_ns=stamps_ns,
         newest_ns=np.array(newest_ns, np.int64),
@@ -84,34 +122,9 @@ def block_of_poses(
         is_known=np.ones(position.shape, np.bool_),
         fk_joints=joints,
         link_names=model.link_names,
-        T_map_link=link_transforms(position, rotations, joints, model.link_joints),
+        T_map_link=T_map_link,
         **values,
     )
-
-
-def link_transforms(
-    position: FloatArray,
-    rotations: FloatArray,
-    joints: FloatArray,
-    pivot_joints: NDArray[np.int64],
-) -> FloatArray:
-    """Transforms of the links; the origin of each is the joint that it rotates about.
-
-    Args:
-        position: Degrees of freedom, the root's position [m] first, shape (n, d).
-        rotations: ``R_map_link``, shape (n, links, 3, 3).
-        joints: In map [m], shape (n, 15, 3).
-        pivot_joints: The joint of each link, shape (links,); −1 for the root.
-
-    Returns:
-        ``T_map_link``, shape (n, links, 4, 4).
-    """
-    T_map_link = np.empty((*rotations.shape[:2], 4, 4))
-    position, rotations = np.ascontiguousarray(position), np.ascontiguousarray(rotations)
-    joints = np.ascontiguousarray(joints)
-    for row, filled in enumerate(T_map_link):
-        compute_link_transforms(position[row], rotations[row], joints[row], pivot_joints, filled)
-    return T_map_link
 
 
 def stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:

@@ -59,10 +59,10 @@ class DefaultEstimator(StepwiseEstimator):
         "limbs_turned_back",
         "sides_swapped",
     )
-    BODY_MODEL: ClassVar[str] = "default"
-    NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
-    CAN_PREDICT: ClassVar[bool] = True
-    USES_IMUS: ClassVar[bool] = True
+    BODY_MODEL = "default"
+    NEEDS_ALIGNED_FRAMES = False
+    CAN_PREDICT = True
+    USES_IMUS = True
 
     def __init__(
         self,
@@ -171,10 +171,10 @@ class DefaultEstimator(StepwiseEstimator):
         states = self._filter.interpolated(ages_s, information, variance_scale(self._nis))
         if states is None:
             return []
-        rows = zip(*states, strict=True)
+        poses = (PublishedState(*row) for row in zip(*states, strict=True))
         return [
-            TimedPose(stamp_ns=stamp_ns, pose=PublishedState(*row))
-            for stamp_ns, row in zip(stamps_ns, rows, strict=True)
+            TimedPose(stamp_ns=stamp_ns, pose=pose)
+            for stamp_ns, pose in zip(stamps_ns, poses, strict=True)
         ]
 
     def _last_information(
@@ -199,16 +199,18 @@ class DefaultEstimator(StepwiseEstimator):
             self.counters.add("frames_too_late")
             return False
         is_apart = ahead_s >= self.parameters.forget_after
-        if ahead_s <= -JUMP_BACK_S or (is_apart and not self._has_imus(observation)):
+        has_imus = len(observation.imus) > 0 and self._has_aligned
+        if ahead_s <= -JUMP_BACK_S or (is_apart and not has_imus):
             return self._start(observation, "gap")
         if ahead_s > 0.0:
             self._filter.predict(ahead_s)
             self._stamp_ns = observation.stamp_ns
         return True
 
-    def _has_imus(self, observation: Observation) -> bool:
-        """Whether there are samples of IMUs and at least one IMU is aligned."""
-        return len(observation.imus) > 0 and any(use.is_aligned for use in self.imu_uses)
+    @property
+    def _has_aligned(self) -> bool:
+        """Whether at least one IMU is aligned."""
+        return any(use.is_aligned for use in self.imu_uses)
 
     def _start(self, observation: Observation, fault: str = "") -> bool:
         """Start the filter where the cameras see the person, because of a fault if it restarts.
@@ -217,11 +219,9 @@ class DefaultEstimator(StepwiseEstimator):
             Whether it started: without the trunk, or other cameras' first frames, it waits.
         """
         joints, waits = self._start_frames.choose(observation.stamp_ns)
-        if waits:
-            return False
-        return self._start_at(
-            observation, nan_mean(observation.positions) if joints is None else joints, fault
-        )
+        if joints is None:
+            joints = nan_mean(observation.positions)
+        return not waits and self._start_at(observation, joints, fault)
 
     def _start_at(self, observation: Observation, joints: FloatArray, fault: str) -> bool:
         """Start the filter at joints, (15, 3) [m]; False if the trunk is not among them."""

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.baseline_filters.constant_velocity import FRAME_PERIOD_S, ConstantVelocityFilter
-from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
+from pose_core.body.inverse_kinematics import dof_in_map
 from pose_core.body.joint_rotations import continuous_dof
 from pose_core.body.kinematics import ForwardKinematics
-from pose_core.body.trunk import trunk_axes
-from pose_core.estimates.body_estimates import Source
+from pose_core.body.model import ROOT_DOF
 from pose_core.estimates.observation import Observation
-from pose_core.estimates.poses import FusedPose
+from pose_core.estimates.poses import FusedPose, pose_by_cameras
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.stamps import NS_PER_S
 
@@ -68,25 +67,13 @@ class DofKalmanFilter(StepwiseEstimator):
 
     def _read(self, positions: FloatArray, previous: FloatArray) -> FloatArray:
         """One sensor's degrees of freedom, continuous with the previous ones; NaN without trunk."""
-        axes = trunk_axes(positions)
-        if not np.all(np.isfinite(axes)):
-            return np.full(self.model.size, np.nan)
-        dof = dof_from_positions(self.model, positions)
-        dof[3:6] = vector_from_rotation(axes)
-        return continuous_dof(dof, previous)
+        dof = dof_in_map(self.model, positions)
+        is_seen = np.isfinite(dof[:ROOT_DOF]).all()
+        return continuous_dof(dof, previous) if is_seen else np.full_like(dof, np.nan)
 
     def _describe(self, is_seen: bool, tracking_state: NDArray[np.uint8]) -> FusedPose:
         assert self._filter is not None
-        size, mean = self.model.size, self._filter.mean
-        pose = self._kinematics.pose(mean[:, 0])
-        return FusedPose(
-            position=mean[:, 0].copy(),
-            velocity=mean[:, 1].copy(),
-            variance=self._filter.covariance[:, 0, 0].copy(),
-            weight_kinect=np.full(size, float(is_seen)),
-            weight_imu=np.zeros(size),
-            source=np.full(size, Source.KINECT if is_seen else Source.PREDICTED, np.uint8),
-            rotations=pose.rotations,
-            joints=pose.positions,
-            tracking_state=tracking_state,
-        )
+        position, velocity = self._filter.mean.T
+        variance = self._filter.covariance[:, 0, 0]
+        pose = self._kinematics.pose(position)
+        return pose_by_cameras(position, velocity, variance, is_seen, pose, tracking_state)

@@ -1,7 +1,6 @@
 """``imu``: only the IMUs, after the cameras have aligned them at the start."""
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
@@ -20,10 +19,7 @@ class ImuEstimator(DefaultEstimator):
     IMU is aligned.
     """
 
-    COUNTERS: ClassVar[tuple[str, ...]] = (
-        *DefaultEstimator.COUNTERS,
-        "frames_of_cameras_unused",
-    )
+    COUNTERS = (*DefaultEstimator.COUNTERS, "frames_of_cameras_unused")
     _is_alone = False
 
     def update(self, observation: Observation) -> PublishedState | None:
@@ -38,10 +34,6 @@ class ImuEstimator(DefaultEstimator):
     def interpolated(self, stamps_ns: Sequence[int]) -> list[TimedPose]:
         """Poses at earlier instants; none while the filter still uses the cameras."""
         return super().interpolated(stamps_ns) if self._has_aligned else []
-
-    @property
-    def _has_aligned(self) -> bool:
-        return any(use.is_aligned for use in self.imu_uses)
 
     def _uses_cameras(self) -> bool:
         """Use the cameras until every IMU is aligned or its time is over, or if none is left."""

@@ -11,9 +11,8 @@ from pose_core.arrays import FloatArray
 from pose_core.baseline_filters.li2020 import Li2020Filter
 from pose_core.body.joint_rotations import continuous_vector
 from pose_core.errors import ParameterError
-from pose_core.estimates.body_estimates import Source
 from pose_core.estimates.observation import Observation
-from pose_core.estimates.poses import FusedPose
+from pose_core.estimates.poses import FusedPose, pose_by_cameras
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.finite_numbers import nan_mean
@@ -67,27 +66,25 @@ class Li2020Estimator(StepwiseEstimator):
         Returns:
             Whether the filter has a pose.
         """
-        if self._last_ns is not None:
-            dt_ns = stamp_ns - self._last_ns
-            if not 0 < dt_ns <= self.parameters.restart_after * NS_PER_S:
-                self.counters.add("filter_restarts_gap")
-                self._forget()
         if self._last_ns is None:
             return self._start(stamp_ns, measured)
+        dt_ns = stamp_ns - self._last_ns
+        if not 0 < dt_ns <= self.parameters.restart_after * NS_PER_S:
+            return self._start(stamp_ns, measured, "gap")
         try:
-            innovation = self._filter.step((stamp_ns - self._last_ns) / NS_PER_S, measured)
+            innovation = self._filter.step(dt_ns / NS_PER_S, measured)
         except np.linalg.LinAlgError:
-            self.counters.add("filter_restarts_numerical")
-            return self._start(stamp_ns, measured)
+            return self._start(stamp_ns, measured, "numerical")
         self._last_ns = stamp_ns
         if self._has_diverged(stamp_ns, innovation):
-            self.counters.add("filter_restarts_strayed")
-            return self._start(stamp_ns, measured)
+            return self._start(stamp_ns, measured, "strayed")
         return True
 
-    def _start(self, stamp_ns: int, measured: FloatArray) -> bool:
-        self._forget()
-        self._root_vector = None
+    def _start(self, stamp_ns: int, measured: FloatArray, fault: str = "") -> bool:
+        """Start the filter, because of a fault if it restarts; False without the trunk."""
+        if fault:
+            self.counters.add(f"filter_restarts_{fault}")
+        self._last_ns = self._diverged_since_ns = self._root_vector = None
         if not self._filter.start(nan_mean(measured)):
             self.counters.add("frames_without_trunk")
             return False
@@ -104,10 +101,6 @@ class Li2020Estimator(StepwiseEstimator):
         if self._diverged_since_ns is None:
             self._diverged_since_ns = stamp_ns
         return stamp_ns - self._diverged_since_ns >= DIVERGED_NS
-
-    def _forget(self) -> None:
-        self._last_ns = None
-        self._diverged_since_ns = None
 
     def _pose(self, tracking_state: NDArray[np.uint8]) -> FusedPose:
         """The filter's state as a pose.
@@ -126,14 +119,5 @@ class Li2020Estimator(StepwiseEstimator):
         for name, link_name in model.link_of_dof.items():
             end = JOINT_INDEX[model.ends(link_name)[1]]
             seen[model.dof_index[name]] &= tracking_state[end] > TrackingState.NOT_TRACKED
-        return FusedPose(
-            position=position,
-            velocity=filtered.rates.copy(),
-            variance=np.diag(filtered.covariance).copy(),
-            weight_kinect=seen.astype(float),
-            weight_imu=np.zeros(model.size),
-            source=np.where(seen, Source.KINECT, Source.PREDICTED).astype(np.uint8),
-            rotations=placed.rotations,
-            joints=placed.positions,
-            tracking_state=tracking_state,
-        )
+        variance = np.diag(filtered.covariance)
+        return pose_by_cameras(position, filtered.rates, variance, seen, placed, tracking_state)

@@ -4,14 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
+from pose_core.body.inverse_kinematics import dof_in_map
 from pose_core.body.joint_rotations import continuous_dof
-from pose_core.body.kinematics import ForwardKinematics
-from pose_core.body.model import BodyModel
+from pose_core.body.kinematics import BodyPose, ForwardKinematics
+from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.shape import BodyShape
-from pose_core.body.trunk import trunk_axes
-from pose_core.estimates.body_estimates import Source
-from pose_core.estimates.poses import FusedPose
+from pose_core.estimates.poses import FusedPose, pose_by_cameras
+from pose_core.finite_numbers import are_known
 from pose_core.stamps import NS_PER_S
 
 LONGEST_STEP_S = 0.5  # [s] longest time over which differences give rates
@@ -49,11 +48,10 @@ class PoseOfJoints:
         known = (
             joints if self._known is None else np.where(np.isfinite(joints), joints, self._known)
         )
-        if not np.all(np.isfinite(trunk_axes(known))):
+        position = dof_in_map(self._model, known)
+        if not np.isfinite(position[:ROOT_DOF]).all():
             return None
         self._known = known
-        position = dof_from_positions(self._model, known)
-        position[3:6] = vector_from_rotation(trunk_axes(known))
         velocity = np.zeros(self._model.size)
         if self._position is not None:
             position = continuous_dof(position, self._position)
@@ -61,16 +59,8 @@ class PoseOfJoints:
             if 0.0 < step_s <= LONGEST_STEP_S:
                 velocity = (position - self._position) / step_s
         self._position, self._stamp_ns = position, stamp_ns
-        seen = np.isfinite(joints).all(axis=1).any()
-        size = self._model.size
-        return FusedPose(
-            position=position.copy(),
-            velocity=velocity,
-            variance=np.full(size, np.nan),
-            weight_kinect=np.full(size, float(seen)),
-            weight_imu=np.zeros(size),
-            source=np.full(size, Source.KINECT if seen else Source.PREDICTED, np.uint8),
-            rotations=self._kinematics.pose(position).rotations,
-            joints=joints.copy(),
-            tracking_state=tracking_state,
+        body = BodyPose(
+            rotations=self._kinematics.pose(position).rotations, positions=joints.copy()
         )
+        unknown, is_seen = np.full(self._model.size, np.nan), bool(are_known(joints).any())
+        return pose_by_cameras(position, velocity, unknown, is_seen, body, tracking_state)

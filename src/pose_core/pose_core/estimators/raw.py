@@ -1,6 +1,6 @@
 """``mean``, ``left``, ``right``: the sensors' raw joints, without any filter."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from pose_core.finite_numbers import nan_mean
 class MeanOfSensors(StepwiseEstimator):
     """Mean of the sensors that measure a joint."""
 
-    SENSOR: ClassVar[str] = ""
+    SENSOR = ""
     """The only sensor that is used; empty: all sensors."""
 
     def __init__(self, *arguments: Any, **named: Any) -> None:

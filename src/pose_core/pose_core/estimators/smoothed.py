@@ -2,13 +2,12 @@
 
 from bisect import insort
 from collections import deque
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, NamedTuple
 
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.default import DefaultEstimator
-from pose_core.estimators.uncertainty import SMOOTHED, VarianceCalibrations
+from pose_core.estimators.uncertainty import SMOOTHED
 from pose_core.filter.smoother import FilterStep, smoothed
 from pose_core.filter.state import FilterState
 from pose_core.kernels.published_state import PublishedState
@@ -19,8 +18,7 @@ LOOKAHEAD_NS = 3 * NS_PER_S // 2  # later samples do not improve a pose any more
 CHUNK_NS = NS_PER_S  # published together
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Step:
+class _Step(NamedTuple):
     stamp_ns: int  # [ns]
     published: PublishedState  # as the filter published it
     filter_step: FilterStep
@@ -29,9 +27,9 @@ class _Step:
 class SmoothedEstimator(DefaultEstimator):
     """Stores the last filter steps, and smooths and publishes them once later steps are known."""
 
-    NEEDS_FUTURE: ClassVar[bool] = True
-    CAN_PREDICT: ClassVar[bool] = False
-    VARIANCE_CALIBRATION: ClassVar[VarianceCalibrations] = SMOOTHED
+    NEEDS_FUTURE = True
+    CAN_PREDICT = False
+    VARIANCE_CALIBRATION = SMOOTHED
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
@@ -61,35 +59,27 @@ class SmoothedEstimator(DefaultEstimator):
             self._process(self._waiting.pop(0))
         return self._publish_until(self._steps[-1].stamp_ns) if self._steps else []
 
-    def _process(self, observation: Observation) -> None:
-        published = self.update(observation)
-        if published is not None:
-            self._keep(observation, published)
-
     def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
         is_used = super()._predict_or_start(observation, ahead_s)
         if is_used and self._filter.state is not None:
             self._before_update = self._filter.state.copy()
         return is_used
 
-    def _keep(self, observation: Observation, published: PublishedState) -> None:
+    def _process(self, observation: Observation) -> None:
         """Store a step; a step with a half-turn correction is not connected to the one before."""
-        assert self._filter.state is not None
+        published = self.update(observation)
+        if published is None or self._filter.state is None:
+            return
         discontinuities = self.counters["limbs_turned_back"] + self.counters["filter_starts"]
         follows = self._steps and discontinuities == self._discontinuities
         self._discontinuities = discontinuities
         dt_ns = observation.stamp_ns - self._steps[-1].stamp_ns if self._steps else 0
-        self._steps.append(
-            _Step(
-                stamp_ns=observation.stamp_ns,
-                published=published,
-                filter_step=FilterStep(
-                    dt_s=dt_ns / NS_PER_S,
-                    predicted=self._before_update if follows else None,
-                    updated=self._filter.state.copy(),
-                ),
-            )
+        step = FilterStep(
+            dt_s=dt_ns / NS_PER_S,
+            predicted=self._before_update if follows else None,
+            updated=self._filter.state.copy(),
         )
+        self._steps.append(_Step(observation.stamp_ns, published, step))
 
     def _publish_until(self, until_ns: int) -> list[TimedPose]:
         """Smooth all steps and publish those up to an instant."""
@@ -98,8 +88,7 @@ class SmoothedEstimator(DefaultEstimator):
         for state in smoothed(steps, self._filter.layout, self.tuning.motion):
             if not self._steps or self._steps[0].stamp_ns > until_ns:
                 break
-            step = self._steps.popleft()
-            pose = self._published(state, step.published.information)
-            pose = pose._replace(scale=step.published.scale)
-            poses.append(TimedPose(stamp_ns=step.stamp_ns, pose=pose))
+            stamp_ns, published, _ = self._steps.popleft()
+            pose = self._published(state, published.information)._replace(scale=published.scale)
+            poses.append(TimedPose(stamp_ns=stamp_ns, pose=pose))
         return poses

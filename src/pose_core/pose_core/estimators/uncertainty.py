@@ -14,58 +14,57 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 
+Coefficients = tuple[float, float, float]
+"""f [-], T [s] and s [deg] of a joint's published variance, f d σ² + (T rate)² + s².
 
-@dataclass(frozen=True, kw_only=True)
-class VarianceCalibration:
-    """Coefficients of a joint's published variance: f d σ² + (T rate)² + s²."""
+d is the mean NIS over its usual value.
+"""
 
-    factor: float = 1.0  # [-] f; d is the mean NIS over its usual value
-    late_s: float = 0.0  # [s] T
-    stddev_deg: float = 0.0  # [deg] s
+UNCALIBRATED = (1.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class VarianceCalibrations:
     """Coefficients by kind of joint, without and with an IMU on its segments."""
 
-    kinect: dict[str, VarianceCalibration]
-    with_imu: dict[str, VarianceCalibration]
+    kinect: dict[str, Coefficients]
+    with_imu: dict[str, Coefficients]
 
 
 LIVE = VarianceCalibrations(
     kinect={
-        "hip_flexion": VarianceCalibration(factor=0.7, late_s=0.016, stddev_deg=3.5),
-        "hip": VarianceCalibration(factor=0.7, late_s=0.016, stddev_deg=1.5),
-        "knee": VarianceCalibration(factor=0.6, late_s=0.0065),
-        "shoulder_abduction": VarianceCalibration(factor=0.8, late_s=0.026, stddev_deg=4.0),
-        "shoulder": VarianceCalibration(factor=0.8, late_s=0.026, stddev_deg=2.5),
-        "elbow": VarianceCalibration(factor=0.5),
+        "hip_flexion": (0.7, 0.016, 3.5),
+        "hip": (0.7, 0.016, 1.5),
+        "knee": (0.6, 0.0065, 0.0),
+        "shoulder_abduction": (0.8, 0.026, 4.0),
+        "shoulder": (0.8, 0.026, 2.5),
+        "elbow": (0.5, 0.0, 0.0),
     },
     with_imu={
-        "hip_flexion": VarianceCalibration(late_s=0.026, stddev_deg=4.5),
-        "hip": VarianceCalibration(late_s=0.026, stddev_deg=3.0),
-        "knee": VarianceCalibration(stddev_deg=3.6),
-        "shoulder_abduction": VarianceCalibration(stddev_deg=8.0),
-        "shoulder": VarianceCalibration(stddev_deg=6.5),
-        "elbow": VarianceCalibration(factor=1.1, stddev_deg=3.6),
+        "hip_flexion": (1.0, 0.026, 4.5),
+        "hip": (1.0, 0.026, 3.0),
+        "knee": (1.0, 0.0, 3.6),
+        "shoulder_abduction": (1.0, 0.0, 8.0),
+        "shoulder": (1.0, 0.0, 6.5),
+        "elbow": (1.1, 0.0, 3.6),
     },
 )
 SMOOTHED = VarianceCalibrations(
     kinect={
-        "hip_flexion": VarianceCalibration(factor=1.4, late_s=0.026, stddev_deg=4.0),
-        "hip": VarianceCalibration(factor=1.4, late_s=0.026, stddev_deg=3.0),
-        "knee": VarianceCalibration(factor=2.2, late_s=0.0065),
-        "shoulder_abduction": VarianceCalibration(late_s=0.046, stddev_deg=7.5),
-        "shoulder": VarianceCalibration(late_s=0.046, stddev_deg=6.5),
-        "elbow": VarianceCalibration(factor=1.4, stddev_deg=0.7),
+        "hip_flexion": (1.4, 0.026, 4.0),
+        "hip": (1.4, 0.026, 3.0),
+        "knee": (2.2, 0.0065, 0.0),
+        "shoulder_abduction": (1.0, 0.046, 7.5),
+        "shoulder": (1.0, 0.046, 6.5),
+        "elbow": (1.4, 0.0, 0.7),
     },
     with_imu={
-        "hip_flexion": VarianceCalibration(factor=2.2, late_s=0.019, stddev_deg=4.5),
-        "hip": VarianceCalibration(factor=2.2, late_s=0.019, stddev_deg=2.5),
-        "knee": VarianceCalibration(factor=2.0, stddev_deg=3.2),
-        "shoulder_abduction": VarianceCalibration(late_s=0.039, stddev_deg=8.0),
-        "shoulder": VarianceCalibration(late_s=0.039, stddev_deg=6.5),
-        "elbow": VarianceCalibration(factor=3.3, stddev_deg=2.5),
+        "hip_flexion": (2.2, 0.019, 4.5),
+        "hip": (2.2, 0.019, 2.5),
+        "knee": (2.0, 0.0, 3.2),
+        "shoulder_abduction": (1.0, 0.039, 8.0),
+        "shoulder": (1.0, 0.039, 6.5),
+        "elbow": (3.3, 0.0, 2.5),
     },
 )
 """Of a degree of freedom, the first whose name is part of its name counts."""
@@ -82,13 +81,11 @@ def coefficients_of(model: BodyModel, calibrations: VarianceCalibrations) -> Flo
     )
 
 
-def _coefficients(model: BodyModel, calibrations: dict[str, VarianceCalibration]) -> FloatArray:
+def _coefficients(model: BodyModel, calibrations: dict[str, Coefficients]) -> FloatArray:
     """Coefficients f [-], T [s], s [rad] of each degree of freedom, shape (3, d)."""
-    own = [
-        next(
-            (calibration for joint, calibration in calibrations.items() if f"_{joint}_" in name),
-            VarianceCalibration(),
-        )
+    coefficients = [
+        next((own for joint, own in calibrations.items() if f"_{joint}_" in name), UNCALIBRATED)
         for name in model.dof_names
     ]
-    return np.array([[t.factor, t.late_s, np.radians(t.stddev_deg)] for t in own], np.float64).T
+    factor, late_s, stddev_deg = np.array(coefficients).T
+    return np.stack([factor, late_s, np.radians(stddev_deg)])

@@ -10,12 +10,17 @@ sensor-to-segment alignment of :mod:`pose_core.imu.attitude_aligner` is used. Th
 attitudes is taken along the shortest rotation between them instead of angle by angle, which avoids
 singularities. For the paper's attitudes the IMU bridge runs Madgwick's filter
 (``filter: madgwick``).
+
+Both measure one attitude with independent noise of variance σ₁² (Kinect) and σ₂² (IMU); the
+unbiased weights of minimum variance are w₁ = σ₂²/(σ₁²+σ₂²), w₂ = σ₁²/(σ₁²+σ₂²).
 """
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
 from pose_core.body.inverse_kinematics import vector_from_rotation
@@ -30,18 +35,70 @@ from pose_core.estimators.pose_of_joints import LONGEST_STEP_S, PoseOfJoints
 from pose_core.imu.attitude_aligner import AttitudeAligner
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorToSegment
-from pose_core.imu.weighting import Weights, fuse_limb, fuse_trunk, minimum_variance_weights
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.stamps import NS_PER_S
 
 BALL_JOINT = 3  # degrees of freedom; the last one is the axial rotation
+NEARLY_PARALLEL = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Weights:
+    """Weights of the two sources, and the variance of their weighted mean."""
+
+    kinect: float
+    imu: float
+    variance: float  # [rad²]
+
+
+def minimum_variance_weights(
+    kinect_variance: float, imu_variance: float, *, is_tracked: bool
+) -> Weights:
+    """Minimum-variance weights of the two attitudes.
+
+    Args:
+        kinect_variance: σ₁² [rad²].
+        imu_variance: σ₂² [rad²].
+        is_tracked: Whether the Kinect tracks the joints that define the segment.
+    """
+    if not is_tracked:
+        return Weights(kinect=0.0, imu=1.0, variance=imu_variance)
+    total = kinect_variance + imu_variance
+    return Weights(
+        kinect=imu_variance / total,  # zhang2015 (12)
+        imu=kinect_variance / total,  # zhang2015 (13)
+        variance=kinect_variance * imu_variance / total,
+    )
+
+
+def fuse_trunk(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> FloatArray:
+    """Weighted mean of two full rotations of a segment, shape (3, 3).
+
+    The mean lies on the shortest rotation from one to the other.
+    """
+    turn = Rotation.from_matrix(R_kinect.T @ R_imu).as_rotvec()
+    return R_kinect @ Rotation.from_rotvec(imu_weight * turn).as_matrix()
+
+
+def fuse_limb(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> FloatArray:
+    """Weighted mean of a limb's direction, with the axial rotation of the IMU, shape (3, 3).
+
+    The IMU's rotation is followed by the smallest rotation that brings its long axis, z, to the
+    mean direction.
+    """
+    axis = np.cross(R_imu[:, 2], R_kinect[:, 2])
+    sine, cosine = float(np.linalg.norm(axis)), float(R_imu[:, 2] @ R_kinect[:, 2])
+    if sine < NEARLY_PARALLEL:  # equal or opposite: use the IMU's
+        return R_imu
+    angle = np.arctan2(sine, cosine)
+    return Rotation.from_rotvec((1.0 - imu_weight) * angle * axis / sine).as_matrix() @ R_imu
 
 
 class Zhang2015Estimator(StepwiseEstimator):
     """Weighted mean of one Kinect and the IMUs at each frame of the Kinect."""
 
-    NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
-    USES_IMUS: ClassVar[bool] = True
+    NEEDS_ALIGNED_FRAMES = False
+    USES_IMUS = True
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
@@ -122,7 +179,7 @@ class Zhang2015Estimator(StepwiseEstimator):
             dof = np.arange(3, ROOT_DOF)
         else:
             dof = np.array([self.model.dof_index[each.name] for each in link.dof])
-            parent = pose.rotations[self.model.link_names.index(link.parent)]
+            parent = pose.rotations[self.model.link_index[link.parent]]
             relative = parent.T @ pose.rotations[index]
             pose.position[dof] = link_angles(link, relative, before[dof])
         if weight is None:

@@ -16,7 +16,7 @@ from pose_core.filter.shared_offsets import SharedOffsetConstants
 from pose_core.filter.tracker_errors import TrackerErrorConstants
 from pose_core.filter.tuning import FilterTuning, ImuNoise
 from pose_core.filter.update import UpdateConstants
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS
 from pose_core.kernels.left_right_swaps import SWAPS, SwapArrays
 
 FRAME_PERIOD_S = 1.0 / 30.0  # over which the accelerations' standard deviations are defined
@@ -42,7 +42,14 @@ def make_constants(
     """Constants of a body; ``known_delay_s`` [s] is the prior mean of the trackers' delays."""
     return FilterConstants(
         motion=_motion(tree, tuning),
-        camera=_camera(tree, tuning),
+        camera=CameraConstants(
+            body=tree.arrays,
+            capsules=make_capsules(),
+            variance=tuning.camera.stddev**2,
+            inferred_variance=tuning.camera.inferred_stddev**2,
+            occluded_variance=tuning.camera.occluded_stddev**2,
+            student_dof=tuning.camera.student_dof,
+        ),
         posture=_posture(tree, tuning),
         imu=_imu(tree.model, tuning.imu),
         shared_offsets=_shared_offsets(tree, tuning),
@@ -82,18 +89,6 @@ def _motion(tree: SegmentTree, tuning: FilterTuning) -> MotionConstants:
     )
 
 
-def _camera(tree: SegmentTree, tuning: FilterTuning) -> CameraConstants:
-    noise = tuning.camera
-    return CameraConstants(
-        body=tree.arrays,
-        capsules=make_capsules(),
-        variance=noise.stddev**2,
-        inferred_variance=noise.inferred_stddev**2,
-        occluded_variance=noise.occluded_stddev**2,
-        student_dof=noise.student_dof,
-    )
-
-
 def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
     prior, names = tuning.posture, tree.model.link_names
     turning, spine = np.array(tree.turning, np.int64), np.array(tree.spine, np.int64)
@@ -102,23 +97,22 @@ def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
         hinges=tree.hinges,
         hinge_variance=prior.hinge_stddev**2,
         wrong_bend=-prior.wrong_bend,
-        twist_parents=tree.parents[turning].astype(np.int64),
+        twist_parents=tree.parents[turning],
         twist_links=turning,
         twist_variance=stddev**2,
-        spine_parents=tree.parents[spine].astype(np.int64),
+        spine_parents=tree.parents[spine],
         spine_links=spine,
         spine_variance=np.square(prior.waist_stddev),
     )
 
 
 def _imu(model: BodyModel, noise: ImuNoise) -> ImuConstants:
-    names = model.link_names
-    stddev = np.full((len(names), 3), noise.orientation_stddev)
-    rate_stddev = np.full((len(names), 3), noise.rate_stddev)
+    stddev = np.full((len(model.links), 3), noise.orientation_stddev)
+    rate_stddev = np.full((len(model.links), 3), noise.rate_stddev)
     for name, bend in noise.spine_bend.items():
-        stddev[names.index(name), 1] = bend
+        stddev[model.link_index[name], 1] = bend
     for name, bend_rate in noise.spine_bend_rate.items():
-        rate_stddev[names.index(name), 1] = bend_rate
+        rate_stddev[model.link_index[name], 1] = bend_rate
     return ImuConstants(
         stddev=stddev,
         soft_tissue=noise.soft_tissue,
@@ -135,7 +129,7 @@ def _shared_offsets(tree: SegmentTree, tuning: FilterTuning) -> SharedOffsetCons
 
     def half(joint: str, link: int) -> float:
         """Half the distance between a pair of joints [m]."""
-        left, right = (tree.offsets[JOINT_INDEX[f"{side}_{joint}"], link, 1] for side in SIDES)
+        left, right = tree.offsets[JOINT_PAIRS[joint], link, 1]
         return float(0.5 * (left - right))
 
     hips, shoulders = half("hip", pelvis), half("shoulder", trunk)

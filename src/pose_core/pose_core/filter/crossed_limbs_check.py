@@ -9,11 +9,8 @@ person's back.
 """
 
 from pose_core.filter.camera import CameraFrame
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_PAIRS
 
-HIPS, SHOULDERS = (
-    [JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "shoulder")
-)
 CROSSED_S = 1.0  # [s]
 
 
@@ -40,8 +37,9 @@ class CrossedLimbsCheck:
         if swaps != 1:
             self.restart()
             return False
-        (left_hip, right_hip), (left, right) = frame.positions[HIPS], frame.positions[SHOULDERS]
-        if not (left_hip - right_hip) @ (left - right) > 0.0:  # the frame is wrong itself, or NaN
+        pairs = (frame.positions[JOINT_PAIRS[name]] for name in ("hip", "shoulder"))
+        hips, shoulders = (left - right for left, right in pairs)
+        if not hips @ shoulders > 0.0:  # the frame is wrong itself, or NaN
             return False
         self._crossed_s += passed_s
         self._sensors.add(frame.sensor)

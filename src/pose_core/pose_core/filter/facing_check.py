@@ -12,13 +12,10 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.body.trunk import trunk_axes
 from pose_core.filter.camera import CameraFrame
-from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_core.joints import JOINT_PAIRS, LIMB_JOINTS, TrackingState
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 
-LEGS = np.array(
-    [[JOINT_INDEX[f"{side}_{name}"] for name in ("hip", "knee", "foot")] for side in SIDES],
-    np.int64,
-)
+LEGS = np.array(list(zip(*(JOINT_PAIRS[name] for name in LIMB_JOINTS[0]), strict=True)))
 TRACKED = int(TrackingState.TRACKED)
 LEAST_BEND = 0.08  # [m] of the knee from the line between hip and foot: bent by about 25°
 LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis

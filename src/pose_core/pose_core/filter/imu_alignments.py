@@ -17,7 +17,6 @@ from pose_core.imu.exchange_check import ExchangeCheck
 from pose_core.imu.heading_walk import SOUND
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
-from pose_core.imu.sensor_alignment import AlignmentTuning
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.slip_check import SlipCheck
 from pose_core.stamps import NS_PER_S
@@ -28,6 +27,7 @@ LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] a longer gap may be such a restart
 LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
+COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
 SYSTEMATIC_STDDEV = np.radians([3.3, 3.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
 noise; as measured on captured motion (docs/imus.md)."""
@@ -45,10 +45,9 @@ class ImuAlignments:
 
     def __init__(self, model: BodyModel, spine_bend: Mapping[str, float]) -> None:
         self._model = model
-        self._tuning = AlignmentTuning()
         self._exchanges = ExchangeCheck()
         self._slips = SlipCheck()
-        self._imus = WornImus(model, self._tuning, spine_bend)
+        self._imus = WornImus(model, spine_bend)
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._instants = 0
         self._observed_ns: int | None = None
@@ -153,7 +152,11 @@ class ImuAlignments:
         worn_on = self._imus.worn_on(imus.segments)
         as_worn = imus if worn_on == imus.segments else replace(imus, segments=worn_on)
         self._exchanges.add(stamp_ns, as_measured, as_worn)
-        self._slips.add(stamp_ns, tracked, as_worn, self._headings(imus.segments, state))
+        headings = np.full(len(imus), np.nan)  # of the aligned IMUs
+        for row, worn in self._imus.with_link(imus.segments):
+            if worn.use.is_aligned:
+                headings[row] = state.heading[worn.link]
+        self._slips.add(stamp_ns, tracked, as_worn, headings)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
@@ -161,7 +164,8 @@ class ImuAlignments:
         dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
         for row, worn in self._imus.with_link(imus.segments):
             if worn.use.is_aligned:
-                self._check(worn, state)
+                if self._is_contradicted(worn, state):
+                    self._forget(worn, state)
                 continue
             if stamp_ns < worn.slipping_until_ns:
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
@@ -183,8 +187,15 @@ class ImuAlignments:
     def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
         exchanged = self._exchanges.exchanged()
+        for worn in self._imus:
+            if worn.worn_on in exchanged:
+                there = exchanged[worn.worn_on]
+                if worn.use.is_known:
+                    self._set_aside(worn, state)
+                self._forget_known(worn)
+                self._imus.wear(worn.use.segment, there)
         if exchanged:
-            self._exchange(exchanged, state)
+            self._exchanges = ExchangeCheck()  # its sums are of the former segments
         slipped = self._slips.slipped
         for _, worn in self._imus.with_link(segments):
             if worn.worn_on in slipped:
@@ -196,46 +207,16 @@ class ImuAlignments:
                 worn.use.is_unlike = worn.alignment.is_unlike
                 if worn.use.is_unlike and known is not None:  # it has been strapped on anew since
                     worn.use.contradictions += 1
-                    worn.former_alignment = None
-                    self._sensor_to_segment.pop(worn.use.segment, None)
+                    self._forget_known(worn)
                 if found is None:
                     continue
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
-                covariance = self._tuning.covariance_factor * found.covariance
-                state = with_imu(
-                    state,
-                    worn.link,
-                    found.R_sensor_link,
-                    found.heading,
-                    covariance,
-                )
-            self._store_uncertainty(worn, state)
+                covariance = COVARIANCE_FACTOR * found.covariance
+                state = with_imu(state, worn.link, found.R_sensor_link, found.heading, covariance)
+            column = int(state.imu_column[worn.link])
+            filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
+            worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)
         return state
-
-    def _exchange(self, exchanged: Mapping[str, str], state: FilterState) -> None:
-        """Align IMUs with each other's segment.
-
-        Args:
-            exchanged: The other one's segment, by the segment on which each was taken to be worn.
-            state: State of the filter.
-        """
-        for worn in self._imus:
-            there = exchanged.get(worn.worn_on)
-            if there is not None:
-                if worn.use.is_known:
-                    self._set_aside(worn, state)
-                worn.former_alignment = None
-                self._sensor_to_segment.pop(worn.use.segment, None)
-                self._imus.wear(worn.use.segment, there)
-        self._exchanges = ExchangeCheck()  # its sums are of the former segments
-
-    def _check(self, worn: WornImu, state: FilterState) -> None:
-        """Realign an IMU that the cameras contradict, after its parent's."""
-        if state.contradicted_s[worn.link] < CONTRADICTED_S:
-            return
-        if self._is_parent_contradicted(worn, state):
-            return
-        self._forget(worn, state)
 
     @staticmethod
     def _has_slipped(worn: WornImu, imus: ImuMeasurements) -> bool:
@@ -245,10 +226,14 @@ class ImuAlignments:
     def _forget(self, worn: WornImu, state: FilterState) -> None:
         """Discard an IMU's alignment after it slipped."""
         worn.use.contradictions += 1
-        worn.former_alignment = None
-        self._sensor_to_segment.pop(worn.use.segment, None)
+        self._forget_known(worn)
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
+
+    def _forget_known(self, worn: WornImu) -> None:
+        """Discard what is known of an IMU's mounting before it is aligned."""
+        worn.former_alignment = None
+        self._sensor_to_segment.pop(worn.use.segment, None)
 
     def _slip_as_known(self, stamp_ns: int, worn: WornImu, state: FilterState) -> None:
         """Exclude an IMU while it slips, where this is known in advance."""
@@ -270,14 +255,6 @@ class ImuAlignments:
             state.P[own, :] = 0.0
             state.P[:, own] = 0.0
 
-    def _headings(self, segments: tuple[str, ...], state: FilterState) -> FloatArray:
-        """Headings of the aligned IMUs' reference frames [rad], (imus,); NaN of the others."""
-        headings = np.full(len(segments), np.nan)
-        for row, worn in self._imus.with_link(segments):
-            if worn.use.is_aligned:
-                headings[row] = state.heading[worn.link]
-        return headings
-
     def _north(self, worn: WornImu, state: FilterState) -> float | None:
         """Heading [rad] of the world common to this IMU and aligned ones; None if unknown."""
         others = [
@@ -291,14 +268,13 @@ class ImuAlignments:
         apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
         return float(mean) if np.median(apart) < MAX_HEADING_DEVIATION else None
 
-    def _is_parent_contradicted(self, worn: WornImu, state: FilterState) -> bool:
-        """Whether the parent link has an aligned IMU that is contradicted too."""
-        parent = self._model.links[self._model.link_names[worn.link]].parent
-        if parent is None:
+    def _is_contradicted(self, worn: WornImu, state: FilterState) -> bool:
+        """Whether the cameras contradict an IMU, and not an aligned one on the parent link."""
+        if state.contradicted_s[worn.link] < CONTRADICTED_S:
             return False
-        above = self._model.link_names.index(parent)
+        above = self._model.parents[worn.link]
         has_imu = any(e.link == above and e.use.is_aligned for e in self._imus)
-        return has_imu and bool(state.contradicted_s[above] > 0.5 * CONTRADICTED_S)
+        return not (has_imu and state.contradicted_s[above] > 0.5 * CONTRADICTED_S)
 
     @staticmethod
     def _alignment_of(worn: WornImu, state: FilterState) -> SensorToSegment:
@@ -311,11 +287,3 @@ class ImuAlignments:
             residual=float("nan"),
             worn_on=worn.use.worn_on,
         )
-
-    def _store_uncertainty(self, worn: WornImu, state: FilterState) -> None:
-        """Store an aligned IMU's uncertainty, with the part that no average reduces."""
-        column = int(state.imu_column[worn.link])
-        filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
-        x, y, z, heading = np.sqrt(filtered + SYSTEMATIC_STDDEV**2)
-        worn.use.tilt_stddev, worn.use.turn_stddev = float(max(x, y)), float(z)
-        worn.use.heading_stddev = float(heading)

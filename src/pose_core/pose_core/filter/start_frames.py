@@ -15,16 +15,14 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.estimates.observation import Observation
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_PAIRS
 from pose_core.stamps import NS_PER_S
 
 RECENT_NS = 3 * NS_PER_S // 20  # [ns] age up to which a camera's last frame counts
 PATIENCE_NS = NS_PER_S // 10  # [ns] for which the start waits for other cameras
 FORGOTTEN_NS = 2 * NS_PER_S  # [ns] age from which on frames are of an earlier time
 REMEMBERED = 10  # [observations] for each camera
-PAIRS = np.array(
-    [[JOINT_INDEX[f"{side}_{joint}"] for side in SIDES] for joint in ("hip", "shoulder")]
-)
+PAIRS = np.array([JOINT_PAIRS["hip"], JOINT_PAIRS["shoulder"]])
 
 
 class _Frame(NamedTuple):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pose_core.body.model import BodyModel
 from pose_core.filter.state import NO_COLUMN
 from pose_core.imu.imu_use import ImuUse
-from pose_core.imu.sensor_alignment import AlignmentTuning, SegmentAlignment
+from pose_core.imu.sensor_alignment import SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 
 MOST_SETS = 100  # [-] of IMUs that had samples at one instant, which are remembered
@@ -36,14 +36,11 @@ class WornImus:
 
     Args:
         model: The body model, which gives the segments' links.
-        tuning: Of the alignments.
         spine_bend: See :class:`pose_core.filter.tuning.ImuNoise`.
     """
 
-    def __init__(
-        self, model: BodyModel, tuning: AlignmentTuning, spine_bend: Mapping[str, float]
-    ) -> None:
-        self._model, self._tuning, self._spine_bend = model, tuning, spine_bend
+    def __init__(self, model: BodyModel, spine_bend: Mapping[str, float]) -> None:
+        self._model, self._spine_bend = model, spine_bend
         self._imus: dict[str, WornImu] = {}
         self._exchanged: dict[str, str] = {}  # where those are worn that are not on their own
         self._with_link: dict[tuple[str, ...], list[tuple[int, WornImu]]] = {}  # see with_link
@@ -82,10 +79,9 @@ class WornImus:
         worn_on = self._exchanged.get(segment, "")
         name = self._model.segments.get(worn_on or segment)
         return WornImu(
-            link=NO_COLUMN if name is None else self._model.link_names.index(name),
+            link=NO_COLUMN if name is None else self._model.link_index[name],
             use=ImuUse(segment=segment, is_known=name is not None, worn_on=worn_on),
             alignment=SegmentAlignment(
-                self._tuning,
                 is_arm=name is not None and name.endswith("arm"),
                 bend=self._spine_bend.get(name or "", 0.0),
             ),

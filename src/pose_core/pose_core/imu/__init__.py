@@ -1,1 +1,1 @@
-"""Body-worn IMUs: samples, sensor-to-segment alignment, weighting of zhang2015."""
+"""Body-worn IMUs: checks of their samples, recent samples, sensor-to-segment alignment."""

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.imu.imu_rows import rows_of_block
+from pose_core.imu.imu_rows import ImuRows
 from pose_core.imu.orientation_check import is_equal, product
 from pose_core.imu.sensor_alignment import best_rotation
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
@@ -104,20 +104,19 @@ class AngularVelocityCheck:
     """Replaces angular velocities that are not measured, or that contradict the orientation."""
 
     def __init__(self) -> None:
-        self._segments: list[str] = []
-        self._memory = _make_memory(0)
+        self._rows = ImuRows(_make_memory)
         self._check_rates = type_specialised(check_rates)
 
     @property
     def replaced(self) -> frozenset[str]:
         """Segments whose angular velocity is the orientation's change."""
-        replaced = np.flatnonzero((self._memory.fault > 0) | (self._memory.missing > 0.5)).tolist()
-        return frozenset(self._segments[i] for i in replaced)
+        memory = self._rows.memory
+        return frozenset(self._rows.named((memory.fault > 0) | (memory.missing > 0.5)))
 
     @property
     def faults(self) -> Mapping[str, RateFault]:
         """What is certainly wrong with angular velocities that are replaced, by segment."""
-        memory = self._memory
+        memory = self._rows.memory
         contradicted = np.where(memory.windows < CERTAIN_WINDOWS, RateFault.NONE, memory.fault)
         for imu in np.flatnonzero(contradicted == RateFault.OTHER_AXES).tolist():
             if self._is_inverse(imu):
@@ -125,9 +124,8 @@ class AngularVelocityCheck:
         had_rates = memory.measured >= LEAST_MEASURED
         unmeasured = np.where(had_rates, RateFault.LOST, RateFault.MISSING)
         missing = np.where(memory.missing > 0.5, unmeasured, RateFault.NONE)
-        faults = np.where(contradicted, contradicted, missing)
-        faulty = np.flatnonzero(faults).tolist()
-        return {self._segments[i]: RateFault(int(faults[i])) for i in faulty}
+        faults = self._rows.named(np.where(contradicted, contradicted, missing))
+        return {segment: RateFault(fault) for segment, fault in faults.items()}
 
     @property
     def inverse(self) -> frozenset[str]:
@@ -135,26 +133,26 @@ class AngularVelocityCheck:
 
         Segments that hardly turn cannot be judged, but their IMUs have the same driver.
         """
-        memory = self._memory
+        memory = self._rows.memory
         found = [name for name, fault in self.faults.items() if fault == RateFault.INVERSE]
         is_sound = (memory.fault == RateFault.NONE) & (memory.windows >= CERTAIN_WINDOWS)
         is_driver = len(found) >= LEAST_INVERSE and not is_sound.any()
-        return frozenset(self._segments if is_driver else found)
+        return frozenset(self._rows.segments if is_driver else found)
 
     def _is_inverse(self, imu: int) -> bool:
         """Whether an IMU's angular velocity fits the inverse of its orientation, and that only."""
-        forward, backward = self._memory.products[imu]
-        power, given_power = self._memory.power[imu].sum(), self._memory.given_power[imu]
+        memory = self._rows.memory
+        forward, backward = memory.products[imu]
+        power, given_power = memory.power[imu].sum(), memory.given_power[imu]
         fits = np.array([best_rotation(each)[1] for each in (forward, -backward)])
         plain, inverse = fits / np.sqrt(power * given_power)
         return bool(inverse > INVERSE_FITS and plain < ELSE_FITS)
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The samples, each with a finite angular velocity that agrees with its orientations."""
-        self._memory, imu = rows_of_block(block, self._segments, self._memory, _make_memory)
-        rate = np.array(block.angular_velocity)
+        imu, rate = self._rows.of(block), np.array(block.angular_velocity)
         self._check_rates(
-            self._memory,
+            self._rows.memory,
             imu,
             np.ascontiguousarray(block.stamps_ns),
             np.ascontiguousarray(block.orientation),

@@ -8,7 +8,7 @@ from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
-from pose_core.imu.sensor_alignment import Alignment, AlignmentTuning, SegmentAlignment
+from pose_core.imu.sensor_alignment import Alignment, SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.kernels.rotations import exponential
 from pose_core.stamps import NS_PER_S
@@ -64,9 +64,9 @@ class AttitudeAligner:
             use.is_known = link is not None
             if link is None:
                 continue
-            R = R_map_links[self._model.link_names.index(link)]
+            R = R_map_links[self._model.link_index[link]]
             covariance = R @ np.diag(np.square([AXIS_STDDEV, AXIS_STDDEV, TURN_STDDEV])) @ R.T
-            own = self._alignments.setdefault(segment, SegmentAlignment(AlignmentTuning()))
+            own = self._alignments.setdefault(segment, SegmentAlignment())
             rate = imus.angular_velocity[row]
             own.observe(dt_s, imus.R_world_sensor[row], R, covariance, rate)
         if stamp_ns - self._solved_ns >= SOLVE_PERIOD_NS:
@@ -81,9 +81,7 @@ class AttitudeAligner:
         use, self._found[segment] = self._uses[segment], found
         if not use.is_aligned:
             use.is_aligned, use.aligned_ns = True, stamp_ns
-        stddev = np.sqrt(np.diag(found.covariance))
-        use.tilt_stddev, use.turn_stddev = float(max(stddev[0], stddev[1])), float(stddev[2])
-        use.heading_stddev = float(stddev[3])
+        use.note_variance(np.diag(found.covariance))
 
     def attitudes(self, imus: ImuMeasurements) -> dict[str, FloatArray]:
         """Attitudes ``R_map_segment`` of the segments by the aligned IMUs, (3, 3)."""

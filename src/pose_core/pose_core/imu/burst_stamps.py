@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.imu.imu_rows import rows_of_block
+from pose_core.imu.imu_rows import ImuRows
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.streams.samples import ImuBlock
 
@@ -40,15 +40,13 @@ class BurstStamps:
     """Restores the stamps of IMUs whose samples come in bursts."""
 
     def __init__(self) -> None:
-        self._segments: list[str] = []
-        self._memory = _make_memory(0)
+        self._rows = ImuRows(_make_memory)
         self._restore = type_specialised(restore_stamps)
 
     def restored(self, block: ImuBlock) -> ImuBlock:
         """The block with sampling times instead of times of arrival, where they come in bursts."""
-        self._memory, imu = rows_of_block(block, self._segments, self._memory, _make_memory)
-        stamps_ns = np.array(block.stamps_ns)
-        if not self._restore(self._memory, imu, stamps_ns):
+        imu, stamps_ns = self._rows.of(block), np.array(block.stamps_ns)
+        if not self._restore(self._rows.memory, imu, stamps_ns):
             return block
         return replace(block, stamps_ns=stamps_ns)
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.imu.imu_rows import rows_of_block
+from pose_core.imu.imu_rows import ImuRows
 from pose_core.imu.orientation_check import LONGEST_STEP_S, integrated_orientation, product
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.stamps import NS_PER_S
@@ -45,15 +45,14 @@ class HeadingWalks:
     """The walk of each IMU's heading."""
 
     def __init__(self) -> None:
-        self._segments: list[str] = []
-        self._memory = _make_memory(0)
+        self._rows = ImuRows(_make_memory)
         self._watch_samples = type_specialised(watch_samples)
 
     @property
     def unsound(self) -> Mapping[str, float]:
         """Walks [rad/√s] that are larger than in an undisturbed field, by segment."""
-        rows = np.flatnonzero(self._memory.variance > SOUND**2).tolist()
-        return {self._segments[i]: float(np.sqrt(self._memory.variance[i])) for i in rows}
+        variance = self._rows.memory.variance
+        return self._rows.named(np.where(variance > SOUND**2, np.sqrt(variance), 0.0))
 
     @property
     def disturbed(self) -> Mapping[str, float]:
@@ -62,9 +61,9 @@ class HeadingWalks:
 
     def add(self, block: ImuBlock) -> None:
         """Take samples into account."""
-        self._memory, imu = rows_of_block(block, self._segments, self._memory, _make_memory)
+        imu = self._rows.of(block)
         self._watch_samples(
-            self._memory,
+            self._rows.memory,
             imu,
             np.ascontiguousarray(block.stamps_ns),
             np.ascontiguousarray(block.orientation),

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.imu.imu_rows import rows_of_block
+from pose_core.imu.imu_rows import ImuRows
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.imu_rings import (
     MAX_GAP_NS,
@@ -47,11 +47,11 @@ class ImuHistory:
     """
 
     def __init__(self) -> None:
-        self.segments: list[str] = []
+        self._rows = ImuRows(_make_rings)
+        self.segments = self._rows.segments
         self._append_samples = type_specialised(append_samples)
         self._read = type_specialised(read_states)
         self._have_reached = type_specialised(have_reached)
-        self._rings = _make_rings(0)
         self.gaps_ns: dict[str, int] = {}
         """Gaps of the last block that are too long to interpolate [ns]."""
         self._order = np.zeros(0, np.int64)  # of the rings, by their segments' names
@@ -59,12 +59,12 @@ class ImuHistory:
 
     def add(self, block: ImuBlock) -> int:
         """Store samples; return how many were rejected because their IMU has newer ones."""
-        self._rings, imus = rows_of_block(block, self.segments, self._rings, _make_rings)
+        imus = self._rows.of(block)
         if len(self._ordered) < len(self.segments):
             self._order, self._ordered = np.argsort(self.segments), tuple(sorted(self.segments))
         gap_ns = np.zeros(len(self.segments), np.int64)
         rejected = self._append_samples(
-            self._rings,
+            self._rows.memory,
             imus,
             np.ascontiguousarray(block.stamps_ns),
             np.ascontiguousarray(block.orientation),
@@ -72,24 +72,25 @@ class ImuHistory:
             np.ascontiguousarray(block.angular_velocity),
             gap_ns,
         )
-        long = np.flatnonzero(gap_ns > MAX_GAP_NS).tolist()
-        self.gaps_ns = {self.segments[i]: int(gap_ns[i]) for i in long}
+        self.gaps_ns = self._rows.named(np.where(gap_ns > MAX_GAP_NS, gap_ns, 0))
         return rejected
 
     def have_reached(self, stamp_ns: int) -> bool:
         """Whether every IMU that still sends has a sample at or after an instant."""
-        return self._have_reached(self._rings, stamp_ns, ALIVE_NS)
+        return self._have_reached(self._rows.memory, stamp_ns, ALIVE_NS)
 
     def newest_ns(self, segment: str) -> int:
         """Stamp of the last sample of an IMU [ns]."""
-        imu = self.segments.index(segment)
-        return int(self._rings.stamps_ns[imu, self._rings.newest[imu]])
+        return int(self._last_ns()[self.segments.index(segment)])
 
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
         """The IMUs, sorted, whose last sample is too long before an instant."""
-        last_ns = self._rings.stamps_ns[np.arange(len(self.segments)), self._rings.newest]
-        silent = np.flatnonzero(stamp_ns - last_ns > ALIVE_NS).tolist()
-        return tuple(sorted(self.segments[imu] for imu in silent))
+        return tuple(sorted(self._rows.named(stamp_ns - self._last_ns() > ALIVE_NS)))
+
+    def _last_ns(self) -> NDArray[np.int64]:
+        """Stamp of each IMU's last sample [ns], (imus,)."""
+        rings = self._rows.memory
+        return rings.stamps_ns[np.arange(len(self.segments)), rings.newest]
 
     def at(self, stamp_ns: int) -> ImuMeasurements:
         """Measurements of all IMUs at an instant; IMUs without a sample nearby are omitted.
@@ -100,7 +101,7 @@ class ImuHistory:
         R_world_sensor, rate, stddev = np.empty((count, 3, 3)), *np.empty((2, count, 3))
         known, age_s = np.empty(count, np.bool_), np.empty(count)
         arrays = (R_world_sensor, rate, stddev, known, age_s)
-        known_count = self._read(self._rings, self._order, stamp_ns, *arrays)
+        known_count = self._read(self._rows.memory, self._order, stamp_ns, *arrays)
         imus = ImuMeasurements(
             segments=self._ordered,
             R_world_sensor=R_world_sensor,

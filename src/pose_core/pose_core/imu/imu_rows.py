@@ -1,7 +1,7 @@
-"""Rows of a memory that holds one row for each IMU, in the order in which IMUs appear."""
+"""A memory that holds one row for each IMU, in the order in which IMUs appear."""
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,26 +11,31 @@ from pose_core.streams.samples import ImuBlock
 Memory = TypeVar("Memory", bound="tuple[NDArray[np.generic], ...]")
 
 
-def rows_of_block(
-    block: ImuBlock, segments: list[str], memory: Memory, make: Callable[[int], Memory]
-) -> tuple[Memory, NDArray[np.int64]]:
-    """Add a row for each IMU that is new.
+class ImuRows(Generic[Memory]):
+    """The memory, and whose each row is.
 
     Args:
-        block: n samples.
-        segments: Whose each row is; extended.
-        memory: A named tuple of arrays, (imus, ...).
-        make: Makes the rows of so many new IMUs.
-
-    Returns:
-        The memory, and the row of each sample's IMU, (n,).
+        make: Makes the rows of so many new IMUs, a named tuple of arrays, (imus, ...).
     """
-    if block.segments == tuple(segments):  # as usual
-        return memory, np.ascontiguousarray(block.imu)
-    new = [name for name in block.segments if name not in segments]
-    if new:
-        segments += new
-        pairs = zip(memory, make(len(new)), strict=True)
-        memory = type(memory)(*(np.concatenate(pair) for pair in pairs))
-    rows = np.array([segments.index(name) for name in block.segments], np.int64)
-    return memory, rows[block.imu]
+
+    def __init__(self, make: Callable[[int], Memory]) -> None:
+        self.segments: list[str] = []
+        self.memory = make(0)
+        self._make = make
+
+    def of(self, block: ImuBlock) -> NDArray[np.int64]:
+        """Row of each sample's IMU, (n,); IMUs that are new get one."""
+        if block.segments == tuple(self.segments):  # as usual
+            return np.ascontiguousarray(block.imu)
+        new = [name for name in block.segments if name not in self.segments]
+        if new:
+            self.segments += new
+            pairs = zip(self.memory, self._make(len(new)), strict=True)
+            self.memory = type(self.memory)(*(np.concatenate(pair) for pair in pairs))
+        rows = np.array([self.segments.index(name) for name in block.segments], np.int64)
+        return rows[block.imu]
+
+    def named(self, values: NDArray[Any]) -> dict[str, Any]:
+        """Values of the IMUs, (imus,), that are not 0, by segment."""
+        found = zip(self.segments, values.tolist(), strict=True)
+        return {segment: value for segment, value in found if value}

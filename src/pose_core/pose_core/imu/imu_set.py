@@ -126,13 +126,9 @@ class ImuSet:
             walks = self.walks.unsound
             if self._slips or self._replaced or walks:
                 imus = replace(
-                    imus,
-                    slips=self._slips,
-                    replaced_rates=self._replaced,
-                    heading_walks=walks,
+                    imus, slips=self._slips, replaced_rates=self._replaced, heading_walks=walks
                 )
-            self._known = imus
-            self._known_at = stamp_ns
+            self._known, self._known_at = imus, stamp_ns
         missing = len(self.history.segments) - len(self._known)
         self.counters.add("imu_readings_missing", missing)
         return self._known

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.arrays import FloatArray
+
 
 @dataclass(kw_only=True)
 class ImuUse:
@@ -23,6 +25,11 @@ class ImuUse:
     worn_on: str = ""  # the segment on which it is worn and used, if not its own
     refused: str = ""  # why the estimator cannot use it at all, and what to do
     remark: str = ""  # what is wrong with its samples, what is used instead, and its silences
+
+    def note_variance(self, variance: FloatArray) -> None:
+        """Note the variances of its mounting and heading, (4,) [rad²]."""
+        x, y, z, heading = np.sqrt(variance).tolist()
+        self.tilt_stddev, self.turn_stddev, self.heading_stddev = max(x, y), z, heading
 
     @property
     def reason(self) -> str:

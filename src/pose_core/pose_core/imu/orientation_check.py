@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.imu.imu_rows import rows_of_block
+from pose_core.imu.imu_rows import ImuRows
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.kernels.rotations import SMALL_ANGLE
 from pose_core.stamps import NS_PER_S
@@ -68,54 +68,50 @@ class OrientationCheck:
     """Passes the samples whose orientation agrees with their IMU's gyroscope."""
 
     def __init__(self) -> None:
-        self._segments: list[str] = []
-        self._memory = _make_memory(0)
+        self._rows = ImuRows(_make_memory)
         self._check_samples = type_specialised(check_samples)
 
     @property
     def set_aside(self) -> tuple[str, ...]:
         """Segments whose IMU is excluded."""
-        return tuple(self._segments[i] for i in np.flatnonzero(self._memory.set_aside).tolist())
+        return tuple(self._rows.named(self._rows.memory.set_aside))
 
     @property
     def jumping(self) -> tuple[str, ...]:
         """Segments whose IMU has jumped within the last second, including excluded ones."""
-        memory = self._memory
-        recent = (memory.jump_ns > 0) & (memory.stamp_ns - memory.jump_ns <= STEADY_NS)
-        return tuple(self._segments[i] for i in np.flatnonzero(recent).tolist())
+        memory = self._rows.memory
+        recent = memory.stamp_ns - memory.jump_ns <= STEADY_NS
+        return tuple(self._rows.named((memory.jump_ns > 0) & recent))
 
     @property
     def saturated(self) -> tuple[str, ...]:
         """Segments whose IMU is not used because its gyroscope was saturated."""
-        memory = self._memory
-        is_now = memory.saturated_ns > 0
-        is_now &= memory.stamp_ns - memory.saturated_ns < SATURATED_NS
-        return tuple(self._segments[i] for i in np.flatnonzero(is_now).tolist())
+        memory = self._rows.memory
+        recent = memory.stamp_ns - memory.saturated_ns < SATURATED_NS
+        return tuple(self._rows.named((memory.saturated_ns > 0) & recent))
 
     @property
     def saturated_samples(self) -> int:
         """Number of samples rejected for that so far."""
-        return int(self._memory.saturated.sum())
+        return int(self._rows.memory.saturated.sum())
 
     @property
     def headings(self) -> Mapping[str, float]:
         """Corrections about the vertical [rad] of IMUs whose heading has jumped."""
-        corrected = np.flatnonzero(self._memory.heading).tolist()
-        return {self._segments[i]: float(self._memory.heading[i]) for i in corrected}
+        return self._rows.named(self._rows.memory.heading)
 
     @property
     def slips(self) -> Mapping[str, int]:
         """How often each IMU has slipped, of those that have."""
-        slipped = np.flatnonzero(self._memory.slips).tolist()
-        return {self._segments[i]: int(self._memory.slips[i]) for i in slipped}
+        return self._rows.named(self._rows.memory.slips)
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The accepted samples, with jumps of the heading removed."""
-        self._memory, imu = rows_of_block(block, self._segments, self._memory, _make_memory)
+        imu = self._rows.of(block)
         orientation = np.array(block.orientation)
         is_used = np.empty(len(block), np.bool_)
         self._check_samples(
-            self._memory,
+            self._rows.memory,
             imu,
             np.ascontiguousarray(block.stamps_ns),
             orientation,

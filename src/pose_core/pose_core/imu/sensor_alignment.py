@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.body.kinematics import skew
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.rotations import transposed_product
@@ -33,37 +34,23 @@ HEADING_PARTS = np.array(
     [np.diag([0.0, 0.0, 1.0]), np.diag([1.0, 1.0, 0.0]), [[0, 1, 0], [-1, 0, 0], [0, 0, 0]]]
 )
 """R_z(ψ)ᵀ = parts[0] + cos ψ parts[1] + sin ψ parts[2]."""
-GENERATORS = np.array(
-    [
-        [[0, 0, 0], [0, 0, -1], [0, 1, 0]],
-        [[0, 0, 1], [0, 0, 0], [-1, 0, 0]],
-        [[0, -1, 0], [1, 0, 0], [0, 0, 0]],
-    ],
-    float,
-)
-"""Of rotations about x, y, z."""
 PRIOR_STDDEV = 1.0  # [rad] prior of mounting and heading about the best solution
 NORTH_STDDEV = 0.3  # [rad] of an IMU's heading about that of the other IMUs that know north
 DISTURBED_SHARE = 0.05  # [-] share of such IMUs in a more disturbed field
 
 
-@dataclass(frozen=True, kw_only=True)
-class AlignmentTuning:
-    """Parameters of the alignment, and thresholds for accepting a solution."""
-
-    axis_stddev: float = 0.12  # [rad] of a link's axis by the cameras, in addition to the filter's
-    axis_late: float = 0.06  # [s] in addition for each unit of angular rate
-    unknown_axis: float = 0.7  # [rad] beyond which an axis is not used
-    independent_s: float = 0.4  # [s] correlation time of the cameras' errors
-    memory: float = 60.0  # [s] time constant of the sums
-    gap: float = 4.0  # [-] required lead of the best heading in log-likelihood
-    settled_gap: float = 2.0  # [-] the same after ``judged_s``: upright, few headings are excluded
-    heading_stddev: float = 0.31  # [rad] at most
-    tilt_stddev: float = 0.26  # [rad] at most, about the axes across the link
-    covariance_factor: float = 0.7  # [-] of the covariance passed to the filter
-    judged_s: float = 15.0  # [s] in view before a lack of fit or of lead is judged
-    misfit: float = 1.1  # [-] above which the IMU's motion does not fit the link
-    arm_misfit: float = 3.0  # [-] the same for arms, where trackers have larger errors
+AXIS_STDDEV = 0.12  # [rad] of a link's axis by the cameras, in addition to the filter's
+AXIS_LATE_S = 0.06  # [s] in addition for each unit of angular rate
+UNKNOWN_AXIS = 0.7  # [rad] beyond which an axis is not used
+SAMPLES_PER_S = 1.0 / 0.4  # [1/s] independent ones: correlation time of the cameras' errors
+MEMORY_S = 60.0  # [s] time constant of the sums
+LEAST_GAP = 4.0  # [-] required lead of the best heading in log-likelihood
+LEAST_SETTLED_GAP = 2.0  # [-] the same after ``JUDGED_S``: upright, few headings are excluded
+MOST_HEADING_STDDEV = 0.31  # [rad]
+MOST_TILT_STDDEV = 0.26  # [rad] about the axes across the link
+JUDGED_S = 15.0  # [s] in view before a lack of fit or of lead is judged
+MOST_MISFIT = 1.1  # [-] above which the IMU's motion does not fit the link
+MOST_ARM_MISFIT = 3.0  # [-] the same for arms, where trackers have larger errors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,16 +67,14 @@ class SegmentAlignment:
     """Accumulates observations of one link and its IMU.
 
     Args:
-        tuning: See :class:`AlignmentTuning`.
         is_arm: Whether the link belongs to an arm.
         bend: Standard deviation of the link about its lateral axis against the IMU [rad], see
             :class:`pose_core.filter.tuning.ImuNoise`.
     """
 
-    def __init__(self, tuning: AlignmentTuning, *, is_arm: bool = False, bend: float = 0.0) -> None:
-        self._tuning = tuning
+    def __init__(self, *, is_arm: bool = False, bend: float = 0.0) -> None:
         self._bend_variance = bend**2
-        self._most_misfit = tuning.arm_misfit if is_arm else tuning.misfit
+        self._most_misfit = MOST_ARM_MISFIT if is_arm else MOST_MISFIT
         self._sums: FloatArray = np.zeros((3, 3, 3))
         self._total: FloatArray = np.zeros(2)  # weights, and durations of the axes, 3 s a second
         self.is_unlike = False  # whether even the best solution does not fit
@@ -115,9 +100,8 @@ class SegmentAlignment:
             covariance: Covariance of its error about map's axes, (3, 3) [rad²].
             rate: Angular velocity of the link [rad/s], (3,).
         """
-        tuning = self._tuning
         for sums in (self._sums, self._total):
-            sums *= np.exp(-dt_s / tuning.memory)
+            sums *= np.exp(-dt_s / MEMORY_S)
         accumulate(
             self._sums,
             self._total,
@@ -125,9 +109,9 @@ class SegmentAlignment:
             np.ascontiguousarray(R_world_sensor),
             np.ascontiguousarray(R_map_link),
             np.ascontiguousarray(covariance),
-            tuning.axis_stddev**2 + tuning.axis_late**2 * float(rate @ rate),
+            AXIS_STDDEV**2 + AXIS_LATE_S**2 * float(rate @ rate),
             self._bend_variance,
-            tuning.unknown_axis**2,
+            UNKNOWN_AXIS**2,
         )
 
     def solve(
@@ -141,27 +125,23 @@ class SegmentAlignment:
         """
         if not np.any(self._sums):
             return None
-        samples_per_s = 1.0 / self._tuning.independent_s
         if mounting is None:
-            found = best_alignment(self._sums, samples_per_s, north)
+            found = best_alignment(self._sums, north)
         else:
-            found = best_heading(self._sums, samples_per_s, mounting)
+            found = best_heading(self._sums, mounting)
         stddev = np.sqrt(np.diag(found.covariance))
-        fits = self._misfit(found) <= self._most_misfit
-        is_settled = bool(self._total[1] > 3.0 * self._tuning.judged_s)
-        self.is_unlike = not fits and is_settled
+        # Mean squared distance of the axes from the solution's, over its expected variance.
+        weight, axis_s = self._total
+        fitted = np.sum(found.R_sensor_link * _cost_matrix(self._sums, found.heading))
+        fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= self._most_misfit
+        is_settled = bool(self._total[1] > 3.0 * JUDGED_S)
+        self.is_unlike = bool(not fits and is_settled)
         is_sure = fits and (
-            found.gap > (self._tuning.settled_gap if is_settled else self._tuning.gap)
-            and stddev[3] < self._tuning.heading_stddev
-            and max(stddev[0], stddev[1]) < self._tuning.tilt_stddev
+            found.gap > (LEAST_SETTLED_GAP if is_settled else LEAST_GAP)
+            and stddev[3] < MOST_HEADING_STDDEV
+            and max(stddev[0], stddev[1]) < MOST_TILT_STDDEV
         )
         return found if is_sure else None
-
-    def _misfit(self, found: Alignment) -> float:
-        """Mean squared distance of the axes from the solution's, over its expected variance."""
-        weight, axis_s = self._total
-        C = _cost_matrix(self._sums, found.heading)
-        return float(2.0 * (weight - np.sum(found.R_sensor_link * C)) / max(axis_s, 1e-9))
 
 
 @compiled
@@ -203,18 +183,17 @@ def accumulate(
                 sums[part, i, k] += turned[i, k]
 
 
-def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None = None) -> Alignment:
+def best_alignment(sums: FloatArray, north: float | None) -> Alignment:
     """Maximise J; the solution with its covariance and its lead.
 
     Args:
         sums: See :func:`accumulate`, (3, 3, 3) [s/rad²].
-        samples_per_s: Number of independent samples in a second.
         north: See :meth:`SegmentAlignment.solve`.
     """
 
     def fit(headings: FloatArray) -> FloatArray:
         J = best_rotation(_cost_matrix(sums, headings))[1]
-        return J + _log_north_prior(headings, north) / samples_per_s
+        return J + _log_north_prior(headings, north) / SAMPLES_PER_S
 
     J = fit(GRID)
     heading = float(GRID[J.argmax()])
@@ -229,31 +208,28 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
     return Alignment(
         heading=float(_wrapped(heading)),
         R_sensor_link=M,
-        covariance=_covariance(
-            sums, heading, M, samples_per_s, NORTH_STDDEV if near_north else PRIOR_STDDEV
-        ),
-        gap=float(samples_per_s * (fit(np.array([heading]))[0] - J[apart].max())),
+        covariance=_covariance(sums, heading, M, NORTH_STDDEV if near_north else PRIOR_STDDEV),
+        gap=float(SAMPLES_PER_S * (fit(np.array([heading]))[0] - J[apart].max())),
     )
 
 
-def best_heading(sums: FloatArray, samples_per_s: float, mounting: SensorToSegment) -> Alignment:
+def best_heading(sums: FloatArray, mounting: SensorToSegment) -> Alignment:
     """Maximise J over the heading only, for a known mounting, in closed form.
 
     Args:
         sums: See :func:`accumulate`, (3, 3, 3) [s/rad²].
-        samples_per_s: Number of independent samples in a second.
         mounting: The known mounting.
     """
     M = mounting.R_sensor_segment
     cosine, sine = float(np.sum(M * sums[1])), float(np.sum(M * sums[2]))
     size = float(np.hypot(cosine, sine))
-    covariance = np.diag([*np.square(mounting.stddev), 1.0 / (samples_per_s * size + 1e-9)])
+    covariance = np.diag([*np.square(mounting.stddev), 1.0 / (SAMPLES_PER_S * size + 1e-9)])
     # The opposite heading is the other solution.
     return Alignment(
         heading=float(np.arctan2(sine, cosine)),
         R_sensor_link=M,
         covariance=covariance,
-        gap=2.0 * samples_per_s * size,
+        gap=2.0 * SAMPLES_PER_S * size,
     )
 
 
@@ -287,7 +263,7 @@ def best_rotation(C: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _covariance(
-    sums: FloatArray, heading: float, M: FloatArray, samples_per_s: float, heading_stddev: float
+    sums: FloatArray, heading: float, M: FloatArray, heading_stddev: float
 ) -> FloatArray:
     """Inverse of J's curvature in (mounting, heading), with a prior, (4, 4) [rad²]."""
     cosine, sine = np.cos(heading), np.sin(heading)
@@ -296,7 +272,7 @@ def _covariance(
     H = np.empty((4, 4))
     H[:3, :3] = np.trace(S) * np.eye(3) - 0.5 * (S + S.T)
     H[3, 3] = np.sum(M * (cosine * sums[1] + sine * sums[2]))
-    H[:3, 3] = H[3, :3] = -np.einsum("kij,ij->k", GENERATORS, slope)
+    H[:3, 3] = H[3, :3] = -np.einsum("kij,ij->k", skew(np.eye(3)), slope)
     stddev = np.array([PRIOR_STDDEV, PRIOR_STDDEV, PRIOR_STDDEV, heading_stddev])
-    covariance = np.linalg.inv(samples_per_s * H + np.diag(stddev**-2.0))
+    covariance = np.linalg.inv(SAMPLES_PER_S * H + np.diag(stddev**-2.0))
     return np.asarray(0.5 * (covariance + covariance.T), np.float64)

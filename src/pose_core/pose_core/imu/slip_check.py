@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.finite_numbers import are_known
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
-from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, SIDES
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, LIMB_JOINTS, SEGMENT_ENDS, SIDES
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = 160_000_000  # [ns] between two frames of a camera: their errors are correlated
@@ -40,12 +41,11 @@ SLIP_STDDEV = 0.5  # [rad] prior of a slip
 LEAST_GAIN = 12.0  # [-] of the squared distance; without slips, 7 of 379 IMUs had more
 LEAST_SHARE = 0.33  # [-] of it, for each camera
 
-_KNEES = {
-    f"{side}_{segment}": [JOINT_INDEX[f"{side}_{joint}"] for joint in ("hip", "knee", "foot")]
-    for side in SIDES
+_LEGS = {
+    f"{side}_{segment}": [JOINT_PAIRS[joint][k] for joint in LIMB_JOINTS[0]]
+    for k, side in enumerate(SIDES)
     for segment in ("thigh", "shank")
 }
-_SHOULDERS = [JOINT_INDEX[f"{side}_shoulder"] for side in SIDES]
 _MISSING = len(JOINT_INDEX)  # index of a joint that is never measured
 
 
@@ -55,6 +55,7 @@ class SlipCheck:
     def __init__(self) -> None:
         self._slipped: Sequence[str] = ()
         self._now: FloatArray  # (sensors, imus, 2, 4): weighted axes; weights
+        self._before: FloatArray  # the same, before the last seconds
         self._restart((), 0, 0)
 
     def add(
@@ -78,8 +79,7 @@ class SlipCheck:
             known = tuple(sorted({*self._row, *imus.segments}))
             self._restart(known, len(positions), stamp_ns)
         if not 0 <= stamp_ns - self._bin_ns < BIN_NS:
-            self._begin_bin(stamp_ns)
-            self._slipped = self._judge()
+            self._slipped = self._judge(stamp_ns)
         due = [k for k, at_ns in enumerate(self._last_ns) if not 0 <= stamp_ns - at_ns < PERIOD_NS]
         due = [sensor for sensor in due if np.isfinite(positions[sensor, :, 0]).any()]
         if not due:
@@ -95,9 +95,9 @@ class SlipCheck:
             axes, variance = (each[rows] for each in self._axes(positions[sensor]))
             weighted = (axes @ R_map_sensor) / (variance + late_variance)[..., None]
             weight = 1.0 / (variance + late_variance)
-            known = np.isfinite(weighted).all(axis=2)
-            self._now[sensor, rows, :, :3] += np.where(known[..., None], weighted, 0.0)
-            self._now[sensor, rows, :, 3] += np.where(known, weight, 0.0)
+            is_known = are_known(weighted)
+            self._now[sensor, rows, :, :3] += np.where(is_known[..., None], weighted, 0.0)
+            self._now[sensor, rows, :, 3] += np.where(is_known, weight, 0.0)
 
     def forget(self, segment: str) -> None:
         """Restart with a segment whose IMU is aligned anew."""
@@ -112,7 +112,13 @@ class SlipCheck:
         """Segments whose IMU has slipped, as judged once a second."""
         return self._slipped if len(self._slipped) == 1 else ()  # of several, the cameras are wrong
 
-    def _judge(self) -> Sequence[str]:
+    def _judge(self, stamp_ns: int) -> Sequence[str]:
+        """Begin another partial sum; the segments whose IMU has slipped."""
+        self._bin_ns = stamp_ns
+        if len(self._last) == LAST_BINS:
+            self._before = np.exp(-1.0 / MEMORY_BINS) * self._before + self._last[0]
+        self._last.append(self._now)
+        self._now = np.zeros_like(self._now)
         per_sample = INDEPENDENT_S / (PERIOD_NS / NS_PER_S)
         last, before = np.sum(self._last, axis=0) / per_sample, self._before / per_sample
         information = 1.0 / DIRECTION_STDDEV**2
@@ -139,15 +145,8 @@ class SlipCheck:
         for row, name in enumerate(segments):
             if name in SEGMENT_ENDS:
                 self._ends[:, row] = [JOINT_INDEX[joint] for joint in SEGMENT_ENDS[name]]
-            if name in _KNEES:
-                self._knees[:, row] = _KNEES[name]
-
-    def _begin_bin(self, stamp_ns: int) -> None:
-        self._bin_ns = stamp_ns
-        if len(self._last) == LAST_BINS:
-            self._before = np.exp(-1.0 / MEMORY_BINS) * self._before + self._last[0]
-        self._last.append(self._now)
-        self._now = np.zeros_like(self._now)
+            if name in _LEGS:
+                self._knees[:, row] = _LEGS[name]
 
     def _axes(self, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Axes of the segments, (imus, 2, 3), and their variances, (imus, 2) [rad²]; or NaN."""
@@ -164,7 +163,7 @@ class SlipCheck:
             bend = np.linalg.norm(hinge, axis=1) / lengths
             variance[:, 1] = np.where(bend > LEAST_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
         if "torso" in self._row:
-            row, (left, right) = self._row["torso"], joints[_SHOULDERS]
+            row, (left, right) = self._row["torso"], joints[JOINT_PAIRS["shoulder"]]
             axes[row, 1], variance[row, 1] = left - right, DIRECTION_STDDEV**2
         with np.errstate(invalid="ignore"):
             return axes / np.linalg.norm(axes, axis=2, keepdims=True), variance

@@ -6,7 +6,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.body.shape import BodyShape
-from pose_core.finite_numbers import MAD_TO_STDDEV, nan_mean, nan_median
+from pose_core.finite_numbers import nan_mean, nan_median, robust_stddev
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.streams.samples import SkeletonSample
 
@@ -80,7 +80,7 @@ class _SensorLengths:
             count = np.isfinite(rows).sum(axis=0)
             is_known = count >= LEAST_MEASUREMENTS
             median = np.where(is_known, nan_median(rows), np.nan)
-            scatter = MAD_TO_STDDEV * nan_median(np.abs(rows - median))
+            scatter = robust_stddev(rows - median)
             frames = np.maximum(count * self.every, 1.0)
             variance = scatter**2 / np.maximum(frames / SCATTER_FRAMES, 1.0)
             self._summary = _Summary(median=median, variance=variance, frames=frames)
@@ -156,20 +156,15 @@ def _log_likelihood_ratio(
         return None
     difference, variance = difference[known], variance[known]
     # A difference common to all lengths is what distinguishes people best.
-    common = _weighted_median(difference, 1.0 / variance)
+    order = np.argsort(difference)
+    weight = np.cumsum(1.0 / variance[order])
+    common = float(difference[order][np.searchsorted(weight, 0.5 * weight[-1])])  # median
     own = difference - common
     common_variance += 1.5 / float((1.0 / variance).sum())
     ratio = _log_student(own, variance) - _log_student(own, variance + PEOPLE_SPREAD**2)
     variances = np.array([common_variance, common_variance + PEOPLE_COMMON**2])
     of_common = -0.5 * (common**2 / variances + np.log(variances))
     return float(ratio.sum() + of_common[0] - of_common[1])
-
-
-def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
-    """Value that half of the weight does not exceed."""
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(total, 0.5 * total[-1])])
 
 
 def _log_student(difference: FloatArray, variance: FloatArray) -> FloatArray:

@@ -5,11 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.counters import Counters
 from pose_core.finite_numbers import nan_mean
 from pose_core.people.person_track import PersonTrack
 from pose_core.people.tracker import PeopleTracker
 from pose_core.people.wearer import WearerSearch
-from pose_core.streams.samples import ImuBlock
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.samples import ImuBlock, SkeletonSample
 
 FIRST, NEAREST, IMUS = "first", "nearest", "imus"
 KEPT_S = 6.0  # [s] out of sight, a person stays the chosen one
@@ -55,7 +57,7 @@ class PersonChoice:
         stamp_ns = people.newest_ns
         if self.rule == IMUS:
             self._find_wearer(people.present, stamp_ns)
-        chosen = next((track for track in people.tracks if track.number == self.number), None)
+        chosen = None if self.number is None else people.track(self.number)
         if chosen is not None and chosen.unseen_s(stamp_ns) > KEPT_S:
             chosen = None
         place = next(iter(people.T_common_sensor.values()))[:3, 3]  # of the first sensor
@@ -80,12 +82,8 @@ class PersonChoice:
             return min(present, key=lambda track: (track.initiated_ns, track.number))
         if self.rule == NEAREST:
             return min(present, key=lambda track: _distance(track, place))
-        named = (
-            track
-            for track in present
-            if any(view.person == self.rule for view in track.views.values())
-        )
-        return next(named, None)
+        named = [t for t in present if any(t.is_called(self.rule, sensor) for sensor in t.views)]
+        return named[0] if named else None
 
     def _still_nearest(
         self,
@@ -94,12 +92,8 @@ class PersonChoice:
         stamp_ns: int,
         place: FloatArray,
     ) -> PersonTrack:
-        nearest = self._best(present, place)
-        if (
-            nearest is None
-            or nearest is chosen
-            or _distance(nearest, place) > _distance(chosen, place) - NEARER_M
-        ):
+        nearest = self._best(present, place) or chosen
+        if _distance(nearest, place) > _distance(chosen, place) - NEARER_M:
             self._nearer = None
             return chosen
         if self._nearer is None or self._nearer[0] != nearest.number:
@@ -109,3 +103,62 @@ class PersonChoice:
 
 def _distance(track: PersonTrack, place: FloatArray) -> float:
     return float(np.linalg.norm(nan_mean(track.positions) - place))
+
+
+_People = tuple[PeopleTracker, PersonChoice]
+
+
+class ChosenPerson:
+    """Selects one person's skeletons, as :class:`PeoplePipeline` selects its subject's.
+
+    Without extrinsics the rule is applied in each sensor by itself, and a rule that is a sensor's
+    id selects by the id alone.
+
+    Args:
+        rule: See :class:`PersonChoice`.
+        extrinsics: The sensors' poses, if they are known.
+    """
+
+    def __init__(self, rule: str = "", extrinsics: Extrinsics | None = None) -> None:
+        self.counters = Counters("nobody_seen", "followed", "other_person")
+        self._rule = rule
+        self._wearer = WearerSearch()
+        self._everywhere: _People | None = None
+        self._by_sensor: dict[str, _People] = {}
+        if extrinsics is not None:
+            self.use_extrinsics(extrinsics)
+
+    def use_extrinsics(self, extrinsics: Extrinsics) -> None:
+        """Assign the skeletons of all sensors together from now on."""
+        places = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
+        self._everywhere = self._make(PeopleTracker(places, extrinsics.clocks))
+
+    def add_imus(self, block: ImuBlock) -> None:
+        """Add IMU samples, for the rule ``imus``."""
+        if self._rule == IMUS:
+            self._wearer.add_imus(block)
+
+    def select(self, frame: Sequence[SkeletonSample]) -> list[SkeletonSample]:
+        """The person's skeletons of a sensor's frame: one, none, or those held back until now."""
+        if not frame:
+            self.counters.add("nobody_seen")
+            return []
+        if self._everywhere is None and self._rule not in ("", FIRST, NEAREST, IMUS):
+            chosen = [sample for sample in frame if sample.person == self._rule][:1]
+        else:
+            sensor, everywhere = frame[0].sensor, self._everywhere
+            if everywhere is not None and sensor in everywhere[0].T_common_sensor:
+                people, choice = everywhere
+            else:
+                if sensor not in self._by_sensor:
+                    self._by_sensor[sensor] = self._make(PeopleTracker({sensor: np.eye(4)}))
+                people, choice = self._by_sensor[sensor]
+            assigned = people.add(frame)
+            choice.update(people)
+            chosen = [sample for number, sample in assigned if number == choice.number]
+        self.counters.add("followed", len(chosen))
+        self.counters.add("other_person", len(frame) - min(len(chosen), 1))
+        return chosen
+
+    def _make(self, people: PeopleTracker) -> _People:
+        return people, PersonChoice(self._rule, self._wearer)

@@ -85,10 +85,8 @@ class PersonPipelines:
 
     def shape_of(self, body_id: str) -> BodyShape | None:
         """The body shape of a person, by id; None while it is not known."""
-        if body_id == self._parameters.subject:
-            return self.subject.shape
-        number = next((each for each in self._by_person if self.id_of(each) == body_id), None)
-        return None if number is None else self._by_person[number].shape
+        shapes = {self.id_of(number): each.shape for number, each in self._by_person.items()}
+        return {**shapes, self._parameters.subject: self.subject.shape}.get(body_id)
 
     def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on."""
@@ -143,13 +141,12 @@ class PersonPipelines:
         pipeline = self._by_person.get(number)
         if pipeline is not None or self._parameters.max_people == 1:
             return pipeline
-        others = [
-            track.number
-            for track in tracks
-            if track.presence is Presence.PRESENT
+        others = sum(
+            track.presence is Presence.PRESENT
             and self._by_person.get(track.number, self.subject) is not self.subject
-        ]
-        if len(others) >= self._parameters.max_people - 1:
+            for track in tracks
+        )
+        if others >= self._parameters.max_people - 1:
             self._counters.add("people_beyond_max")
             return None
         self._publish_waiting()
@@ -167,10 +164,9 @@ class PersonPipelines:
         if pipeline.shape is None:
             return
         is_theirs = is_of_size(track.size, pipeline.shape)
-        if is_theirs is None:
-            return
-        self._unchecked = None
-        if is_theirs:
+        if is_theirs is not None:
+            self._unchecked = None
+        if is_theirs is not False:
             return
         self._publish_waiting()
         self._counters.add("measured_anew")

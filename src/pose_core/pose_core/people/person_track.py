@@ -82,6 +82,10 @@ class PersonTrack:
         """Whether they are a known person whom a sensor sees at this instant [ns]."""
         return self.presence is Presence.PRESENT and self.unseen_s(stamp_ns) < LOST_AFTER_S
 
+    def is_called(self, person: str, sensor: str) -> bool:
+        """Whether a sensor gives them this id."""
+        return sensor in self.views and self.views[sensor].person == person
+
     def update(self, stamp_ns: int, seen: FloatArray, restarts: bool = False) -> None:
         """Update with joints in the common frame, (15, 3) [m]; ``restarts``: not predicted."""
         expected = seen if restarts else self.predicted(stamp_ns)

@@ -141,11 +141,7 @@ class PeoplePipeline:
         poses = {name: extrinsics.T_map_sensor(name) for name in known}
         self._people.place_sensors(poses, extrinsics.clocks)
         while self._waiting:
-            waiting = self._waiting.popleft()
-            if isinstance(waiting, ImuBlock):
-                self._take_imus(waiting)
-            else:
-                self._take_frame(waiting)
+            self._take(self._waiting.popleft())
         self._pipelines.use_extrinsics(extrinsics)
 
     def use_clocks(self, clocks: Clocks) -> None:
@@ -162,30 +158,25 @@ class PeoplePipeline:
         self._pipelines.use_shape(shape)
 
     def add(self, sample: Frame | ImuSample | ImuBlock) -> None:
-        """Take a frame with everybody in it, or IMU samples."""
+        """Take a frame with everybody in it, or IMU samples: the subject wears the IMUs."""
         if isinstance(sample, ImuSample):
-            self._add_imu(block_of(sample))
-        elif isinstance(sample, ImuBlock):
-            self._add_imu(sample)
+            sample = block_of(sample)
+        if isinstance(sample, ImuBlock):
+            self.imu_samples += len(sample)
         else:
-            self._add_frame(sample)
-
-    def _add_frame(self, frame: Frame) -> None:
-        """Take all skeletons that a sensor saw at one instant."""
-        self.frames += 1
-        if self.extrinsics is None and frame:
+            self.frames += 1
+        if self.extrinsics is not None or not len(sample):
+            self._take(sample)
+            return
+        if not isinstance(sample, ImuBlock):
             self._counters.add("frames_before_extrinsics")
-            self._waiting.add(frame)
-        else:
-            self._take_frame(frame)
+        self._waiting.add(sample)
 
-    def _add_imu(self, block: ImuBlock) -> None:
-        """Take IMU samples: the subject wears the IMUs."""
-        self.imu_samples += len(block)
-        if self.extrinsics is not None:
-            self._take_imus(block)
-        elif len(block):
-            self._waiting.add(block)
+    def _take(self, sample: Frame | ImuBlock) -> None:
+        if isinstance(sample, ImuBlock):
+            self._take_imus(sample)
+        else:
+            self._take_frame(sample)
 
     def release_held(self) -> None:
         """Process the frames that wait for others: a live caller's patience has ended."""

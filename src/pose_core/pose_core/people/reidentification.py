@@ -14,7 +14,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.finite_numbers import nan_mean
-from pose_core.people.assignment import assign
+from pose_core.people.association import assign
 from pose_core.people.body_size import BodySize
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.streams.samples import SkeletonSample
@@ -76,8 +76,7 @@ class Reidentification:
             return float("inf")
         absent_s = max(0.0, absent_s)
         has_same_id = any(
-            name in absent.views and absent.views[name].person == view.person
-            for name, view in newcomer.views.items()
+            absent.is_called(view.person, sensor) for sensor, view in newcomer.views.items()
         )
         predicted = absent.predicted_centre(newcomer.initiated_ns)
         distance_m = float(np.linalg.norm(newcomer.initiated_at - predicted))

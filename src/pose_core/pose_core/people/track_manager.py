@@ -9,7 +9,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
 from pose_core.finite_numbers import nan_mean
-from pose_core.people.duplicate_tracks import DuplicateTracks
+from pose_core.people.encounters import DUPLICATE_M, DuplicateTracks, distance
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import CERTAIN, MOST_ABSENT, Reidentification
 from pose_core.stamps import JUMP_BACK_NS
@@ -32,23 +32,20 @@ class TrackManager:
     """Everybody's tracks: initiates, confirms, merges and removes them.
 
     Args:
-        counters: Of the tracker.
-        reidentification: Compares people with those who are absent.
-        duplicates: Finds tracks that are of one person.
+        counters: Declares all reasons, see :class:`pose_core.people.tracker.PeopleTracker`.
 
     Attributes:
+        counters: The same.
         tracks: All tracks, in the order in which they began.
         newest_ns: Stamp of the newest frame [ns], on the reference's clock.
     """
 
-    def __init__(
-        self, counters: Counters, reidentification: Reidentification, duplicates: DuplicateTracks
-    ) -> None:
+    def __init__(self, counters: Counters) -> None:
         self.tracks: list[PersonTrack] = []
         self.newest_ns = 0
-        self._counters = counters
-        self._reidentification = reidentification
-        self._duplicates = duplicates
+        self.counters = counters
+        self._reidentification = Reidentification(counters)
+        self._duplicates = DuplicateTracks()
         self._next_number = 1
 
     def of(self, *presences: Presence) -> list[PersonTrack]:
@@ -85,7 +82,7 @@ class TrackManager:
         if track.presence is Presence.PRESENT:
             track.presence = Presence.ABSENT
             self._reidentification.drop_recent_size(track)
-            self._counters.add("left")
+            self.counters.add("left")
             absent = self.of(Presence.ABSENT)
             if len(absent) > MOST_ABSENT:
                 self.tracks.remove(min(absent, key=lambda each: each.last_seen_ns))
@@ -105,7 +102,7 @@ class TrackManager:
             The skeleton, if nobody else is known; otherwise it is held until they are confirmed.
         """
         if len(self.of(Presence.TENTATIVE)) >= MOST_TENTATIVE:
-            self._counters.add("too_many")
+            self.counters.add("too_many")
             return []
         track = PersonTrack(
             number=self._new_number(),
@@ -121,21 +118,21 @@ class TrackManager:
         self.tracks.append(track)
         if is_alone and len(self.tracks) == 1:
             track.presence = Presence.PRESENT
-            self._counters.add("appeared")
+            self.counters.add("appeared")
             return [(track.number, sample)]
         track.held.append(sample)
         return []
 
     def split_off(self, track: PersonTrack, stamp_ns: int) -> PersonTrack:
         """Begin a track of somebody who stands where a person stood; the former is absent."""
-        self._counters.add("split")
+        self.counters.add("split")
         absent = self.of(Presence.ABSENT)
         other = self._reidentification.split_off(track, self._new_number(), stamp_ns)
         ((_, known, _),) = self._reidentification.match([other], absent)
         if known is not None:
             self._reidentification.resume(known, other, stamp_ns)
             return known
-        self._counters.add("appeared")
+        self.counters.add("appeared")
         self.tracks.append(other)
         return other
 
@@ -161,12 +158,11 @@ class TrackManager:
                 continue
             if known is None:
                 track.presence = Presence.PRESENT
-                self._counters.add("appeared")
-                assigned += [(track.number, sample) for sample in track.held]
+                self.counters.add("appeared")
             else:
                 self._reidentification.resume(known, track, stamp_ns)
-                assigned += [(known.number, sample) for sample in track.held]
                 self.tracks.remove(track)
+            assigned += [((known or track).number, sample) for sample in track.held]
             track.held = []
         return assigned
 
@@ -174,7 +170,7 @@ class TrackManager:
         """Merge tracks of one person; by number of the removed one, the other's."""
         survivors = {}
         for younger, older in self._duplicates.find(self.present, stamp_ns):
-            self._counters.add("merged")
+            self.counters.add("merged")
             older.size.merge(younger.size)
             self.tracks.remove(younger)
             survivors[younger.number] = older.number
@@ -186,15 +182,16 @@ class TrackManager:
         """Those who stand inside of nobody; the others are removed."""
         people: list[PersonTrack] = []
         for track in candidates:
-            if self._duplicates.is_duplicate(track, [*self.present, *people], stamp_ns):
+            others = [*self.present, *people]
+            if any(distance(other, track, stamp_ns) < DUPLICATE_M for other in others):
                 self._remove(track, "duplicates")
             else:
                 people.append(track)
         return people
 
     def _remove(self, track: PersonTrack, reason: str) -> None:
-        self._counters.add(reason)
-        self._counters.add("held_back", len(track.held))
+        self.counters.add(reason)
+        self.counters.add("held_back", len(track.held))
         self.tracks.remove(track)
 
     def _new_number(self) -> int:

@@ -15,11 +15,9 @@ from pose_core.counters import Counters
 from pose_core.finite_numbers import nan_mean
 from pose_core.joints import OTHER_SIDE
 from pose_core.people.association import GATE_M, associate
-from pose_core.people.duplicate_tracks import DuplicateTracks
+from pose_core.people.encounters import TrackSwaps
 from pose_core.people.person_track import PersonTrack, Presence
-from pose_core.people.reidentification import Reidentification
 from pose_core.people.track_manager import ABSENT_AFTER_S, Assigned, TrackManager
-from pose_core.people.track_swaps import TrackSwaps
 from pose_core.streams.clocks import Clocks, reference_stamp_ns
 from pose_core.streams.samples import SkeletonSample
 from pose_core.transforms import transformed
@@ -30,8 +28,10 @@ LEAST_JOINTS = 5  # [-] of somebody new
 MOST_PEOPLE = 12  # [-] of one frame; cameras' trackers follow six
 
 
-class PeopleTracker:
+class PeopleTracker(TrackManager):
     """Assigns skeletons to persons, who keep their numbers through crossings and absences.
+
+    What becomes of the persons' tracks is up to the base class.
 
     Args:
         T_common_sensor: Each sensor's pose in one common frame, shape (4, 4), in practice in
@@ -44,7 +44,7 @@ class PeopleTracker:
     ) -> None:
         self.T_common_sensor = dict(T_common_sensor)
         self.clocks: Clocks = clocks or {}
-        self.counters = Counters(
+        counters = Counters(
             "seen",
             "nobody_seen",
             "appeared",
@@ -59,29 +59,13 @@ class PeopleTracker:
             "held_back",
             "too_many",
         )
-        self._reidentification = Reidentification(self.counters)
+        super().__init__(counters)
         self._swaps = TrackSwaps()
-        self._manager = TrackManager(self.counters, self._reidentification, DuplicateTracks())
-
-    @property
-    def tracks(self) -> Sequence[PersonTrack]:
-        """Everybody who is known."""
-        return self._manager.tracks
-
-    @property
-    def present(self) -> list[PersonTrack]:
-        """Everybody in view, in the order in which they came."""
-        return self._manager.present
 
     @property
     def holds_back(self) -> bool:
         """Whether somebody in view is not confirmed yet."""
         return any(track.held for track in self.tracks)
-
-    @property
-    def newest_ns(self) -> int:
-        """Stamp of the newest frame [ns], on the reference's clock."""
-        return self._manager.newest_ns
 
     def track(self, number: int) -> PersonTrack | None:
         """A known person; ``None`` if there is nobody of this number."""
@@ -103,7 +87,7 @@ class PeopleTracker:
         self.T_common_sensor, self.clocks = dict(T_common_sensor), clocks
         if is_moved:
             for track in list(self.tracks):
-                self._manager.mark_absent(track)
+                self.mark_absent(track)
 
     def add(self, frame: Sequence[SkeletonSample]) -> list[Assigned]:
         """Assign all skeletons that a sensor saw at one instant.
@@ -120,7 +104,7 @@ class PeopleTracker:
             return []
         self.counters.add("seen", len(frame))
         stamp_ns = self.stamp_ns(frame[0])
-        self._manager.advance(stamp_ns)
+        self.advance(stamp_ns)
         if len(frame) > MOST_PEOPLE:
             self.counters.add("too_many", len(frame) - MOST_PEOPLE)
             frame = self._nearest(frame, stamp_ns)
@@ -145,7 +129,7 @@ class PeopleTracker:
 
     def _lone_person(self, frame: Sequence[SkeletonSample], stamp_ns: int) -> PersonTrack | None:
         """The only person in view, if the sensor has just had them under the same id."""
-        in_view = self._manager.in_view
+        in_view = self.in_view
         if len(frame) > 1 or len(in_view) != 1 or in_view[0].presence is not Presence.PRESENT:
             return None
         view = in_view[0].views.get(frame[0].sensor)
@@ -164,7 +148,7 @@ class PeopleTracker:
     def _assign(self, frame: Sequence[SkeletonSample], stamp_ns: int) -> list[Assigned]:
         T = self.T_common_sensor[frame[0].sensor]
         positions = np.stack([transformed(T, sample.positions) for sample in frame])
-        in_view = self._manager.in_view
+        in_view = self.in_view
         pairs, is_mirrored = associate(in_view, frame, positions, stamp_ns)
         assigned: list[Assigned] = []
         for row, column in pairs:
@@ -176,19 +160,18 @@ class PeopleTracker:
             if column not in taken:
                 joints = positions[column]
                 assigned += self._assign_unmatched(sample, joints, stamp_ns, len(frame) == 1)
-        assigned += self._manager.confirm(stamp_ns)
+        assigned += self.confirm(stamp_ns)
         for one, other in self._swaps.find(self.present, stamp_ns):
             self.counters.add("track_swaps")
             one.swap_identity(other)
-        merged = self._manager.merge_duplicates(stamp_ns)
+        merged = self.merge_duplicates(stamp_ns)
         return [(merged.get(number, number), sample) for number, sample in assigned]
 
     def _update(
         self, track: PersonTrack, sample: SkeletonSample, joints: FloatArray, stamp_ns: int
     ) -> list[Assigned]:
         """Add a skeleton to the track of a person in view."""
-        view = track.views.get(sample.sensor)
-        if view is not None and view.person != sample.person:
+        if sample.sensor in track.views and not track.is_called(sample.person, sample.sensor):
             self.counters.add("sensor_ids_changed")
         track.update(stamp_ns, joints)
         track.note_detection(sample, stamp_ns)
@@ -196,16 +179,16 @@ class PeopleTracker:
             track.size.add(sample)
             track.held.append(sample)
             return []
-        absent = self._manager.of(Presence.ABSENT)
+        absent = self.of(Presence.ABSENT)
         if self._reidentification.update_size(track, sample, absent, stamp_ns):
-            track = self._manager.split_off(track, stamp_ns)
+            track = self.split_off(track, stamp_ns)
         return [(track.number, sample)]
 
     def _assign_unmatched(
         self, sample: SkeletonSample, joints: FloatArray, stamp_ns: int, is_alone: bool
     ) -> list[Assigned]:
         """Find out whose an unassigned skeleton is: somebody's who is back, or somebody new's."""
-        in_view = self._manager.in_view
+        in_view = self.in_view
         if np.isfinite(joints[:, 0]).sum() < LEAST_JOINTS and (self.tracks or not is_alone):
             return self._assign_by_id(in_view, sample, joints, stamp_ns)
         if is_alone and not in_view and len(self.tracks) == 1:
@@ -214,7 +197,7 @@ class PeopleTracker:
                 self._reidentification.mark_returned(returned, joints, stamp_ns)
                 returned.note_detection(sample, stamp_ns)
                 return [(returned.number, sample)]
-        return self._manager.initiate(sample, joints, stamp_ns, is_alone)
+        return self.initiate(sample, joints, stamp_ns, is_alone)
 
     def _assign_by_id(
         self,
@@ -225,11 +208,10 @@ class PeopleTracker:
     ) -> list[Assigned]:
         """Assign a skeleton of few joints by its id, if they are near; else it is a ghost."""
         for track in in_view:
-            view = track.views.get(sample.sensor)
-            is_same = view is not None and view.person == sample.person
             apart = np.linalg.norm(joints - track.predicted(stamp_ns), axis=1)
             known = apart[np.isfinite(apart)]
-            is_same &= not len(known) or bool(known.mean() <= GATE_M)
+            is_near = not len(known) or bool(known.mean() <= GATE_M)
+            is_same = is_near and track.is_called(sample.person, sample.sensor)
             if is_same and track.presence is Presence.PRESENT:
                 track.note_detection(sample, stamp_ns)
                 return [(track.number, sample)]

@@ -39,10 +39,8 @@ class WearerSearch:
         newest = {int(imu): row for row, imu in enumerate(block.imu)}
         for imu, row in newest.items():
             x, y, z, w = block.orientation[row]
-            up = np.array(
-                [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)]
-            )
-            self._verticals[block.segments[imu]] = int(block.stamps_ns[row]), up
+            up = (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
+            self._verticals[block.segments[imu]] = int(block.stamps_ns[row]), np.array(up)
 
     def add(self, number: int, stamp_ns: int, joints: FloatArray) -> None:
         """Add a person's joints in ``map`` [m], shape (15, 3)."""
@@ -64,7 +62,7 @@ class WearerSearch:
 
     def agreements(self) -> Mapping[int, float]:
         """Share of the limbs' motion that the IMUs explain, by person [-]."""
-        totals: dict[int, list[float]] = {}
+        totals: dict[int, FloatArray] = {}
         for (number, _), sums in self._sums.items():
             count = sums[3, 3]
             if count < LEAST_FRAMES:
@@ -72,12 +70,9 @@ class WearerSearch:
             swing = sums[4, 4] - sums[3, 4] ** 2 / count
             normal, right = sums[:4, :4] + 1e-6 * np.eye(4), sums[:4, 4]
             left = sums[4, 4] - right @ np.linalg.solve(normal, right)
-            total = totals.setdefault(number, [0.0, 0.0, 0.0])
-            total[0] += float(swing)
-            total[1] += float(max(left, 0.0))
-            total[2] += float(count)
+            totals.setdefault(number, np.zeros(3))[:] += swing, max(left, 0.0), count
         return {
-            number: 1.0 - left / swing
+            number: float(1.0 - left / swing)
             for number, (swing, left, count) in totals.items()
             if swing > count * LEAST_SWING**2
         }

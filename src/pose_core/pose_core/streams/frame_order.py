@@ -91,8 +91,8 @@ class FrameOrder(Generic[T]):
         if period is None:
             self._periods[sensor] = FramePeriod(stamp_ns)
         elif stamp_ns > period.newest_ns:
-            if self._is_live:
-                ready += self._release_before(period.newest_ns)
+            while self._is_live and self._held and self._held[0][0] <= period.newest_ns:
+                ready.append(self._pop())
             period.add(stamp_ns)
         if self._released_ns is not None and stamp_ns < self._released_ns:
             return [*ready, frame]
@@ -107,30 +107,18 @@ class FrameOrder(Generic[T]):
         """Hold a frame; return those that need not wait."""
         self._count += 1
         heappush(self._held, (stamp_ns, self._count, frame, is_sensors))
-        return self._release()
+        ready = []
+        while self._held and not any(
+            period.expects_before(self._held[0][0])
+            for period in self._periods.values()
+            if not period.is_silent_at(self._newest_ns)
+        ):
+            ready.append(self._pop())
+        return ready
 
     def flush(self) -> list[T]:
         """Return all held frames."""
         return [self._pop() for _ in range(len(self._held))]
-
-    def _release_before(self, stamp_ns: int) -> list[T]:
-        ready = []
-        while self._held and self._held[0][0] <= stamp_ns:
-            ready.append(self._pop())
-        return ready
-
-    def _release(self) -> list[T]:
-        ready = []
-        while self._held and not self._is_earlier_expected(self._held[0][0]):
-            ready.append(self._pop())
-        return ready
-
-    def _is_earlier_expected(self, stamp_ns: int) -> bool:
-        return any(
-            period.expects_before(stamp_ns)
-            for period in self._periods.values()
-            if not period.is_silent_at(self._newest_ns)
-        )
 
     def _pop(self) -> T:
         stamp_ns, _, frame, is_sensors = heappop(self._held)

@@ -84,7 +84,9 @@ class RecordingOrder:
         if start < len(block):
             self._imus.append(block.rows(slice(start, None)))
             alone = int(np.searchsorted(places, frames[-1][0])) if frames else start
-            self._newest_ns = max(self._newest_ns, self._all_imus_passed_ns())
+            last = block_on_reference_clock(self._imus[-1], self._clocks)
+            passed_ns = [last.stamps_ns[last.imu == imu].max() for imu in np.unique(last.imu)]
+            self._newest_ns = max(self._newest_ns, int(min(passed_ns)))  # by every IMU
             self._follow_imus(block.rows(slice(alone, None)))
         yield from self._ready(self._newest_ns - WAIT_NS)
 
@@ -108,11 +110,6 @@ class RecordingOrder:
         self._imus = [block.rows(slice(count, None))]
         frames = (frame for _, _, frame in ready)
         return interleaved(frames, block.rows(slice(count)), np.array(stops, np.intp))
-
-    def _all_imus_passed_ns(self) -> int:
-        """The instant that every IMU of the last block has passed [ns]."""
-        last = block_on_reference_clock(self._imus[-1], self._clocks)
-        return min(int(last.stamps_ns[last.imu == imu].max()) for imu in np.unique(last.imu))
 
     def _follow_imus(self, block: ImuBlock) -> None:
         """Advance along the samples after the cameras' last frame, up to the first long gap.

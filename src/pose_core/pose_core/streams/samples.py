@@ -121,8 +121,5 @@ _NO_SAMPLES = ImuBlock(
     segments=(),
     imu=np.zeros(0, np.int64),
     stamps_ns=np.zeros(0, np.int64),
-    orientation=np.zeros((0, 4)),
-    orientation_stddev=np.zeros((0, 3)),
-    angular_velocity=np.zeros((0, 3)),
-    linear_acceleration=np.zeros((0, 3)),
+    **{name: np.zeros((0, 4 if name == "orientation" else 3)) for name in MEASURED},
 )

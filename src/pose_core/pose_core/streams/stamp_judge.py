@@ -163,8 +163,7 @@ class StampJudge:
 
     def _note_fault(self, source: _Source, fault: str, lag_ns: int, stamp_ns: int) -> None:
         self.counters.add(fault or "samples_set_aside")
-        is_tolerated = source.wrong < TOLERATED and fault != "stamps_repeated"
-        if is_tolerated or not fault:
+        if not fault or (source.wrong < TOLERATED and fault != "stamps_repeated"):
             return
         if not source.reason:
             self.counters.add("clocks_set_aside")

@@ -18,6 +18,7 @@ import numpy as np
 
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
+from pose_core.finite_numbers import are_known
 from pose_core.joints import TrackingState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 from pose_core.streams.samples import SkeletonSample
@@ -227,20 +228,22 @@ class TimeAligner:
             frames.append(self._frame(stamp_ns))
             self._last_emitted_ns = stamp_ns
             for stream in self._streams.values():
-                self._consume(stream, stamp_ns)
+                head_ns = stream.head_ns
+                is_paired = head_ns is not None and head_ns <= stamp_ns + self._max_skew_ns
+                stream.next_index += is_paired and stream.joined(stamp_ns)  # opens no other frame
+                stream.forget_before(stamp_ns)
         return frames
 
     def _next_stamp(self) -> int | None:
         """The earliest sample that opens a frame."""
+        last_ns = BEFORE_ALL_NS if self._last_emitted_ns is None else self._last_emitted_ns
         for stream in self._streams.values():
-            while (head_ns := stream.head_ns) is not None and not self._opens(stream, head_ns):
+            while (head_ns := stream.head_ns) is not None:
+                if head_ns > last_ns and stream.joined(head_ns):
+                    break
                 stream.next_index += 1
         heads = [stream.head_ns for stream in self._streams.values()]
         return min((head_ns for head_ns in heads if head_ns is not None), default=None)
-
-    def _opens(self, stream: _Stream, stamp_ns: int) -> bool:
-        emitted = self._last_emitted_ns is not None and stamp_ns <= self._last_emitted_ns
-        return stream.joined(stamp_ns) and not emitted
 
     def _must_wait(self, stamp_ns: int) -> bool:
         newest_ns = max(s.last_ns for s in self._streams.values() if s.last_ns is not None)
@@ -266,21 +269,12 @@ class TimeAligner:
         index = bisect_left(stream.samples, stamp_ns, key=attrgetter("stamp_ns"))
         if index == len(stream.samples):
             return None
-        after = stream.samples[index]
+        before, after = stream.samples[index - 1], stream.samples[index]
         if after.stamp_ns == stamp_ns:
             return after
-        before = stream.samples[index - 1] if index > 0 else None
-        if before is None or after.stamp_ns - before.stamp_ns > stream.gaps_ns[index]:
+        if index == 0 or after.stamp_ns - before.stamp_ns > stream.gaps_ns[index]:
             return None
         return interpolate(before, after, stamp_ns)
-
-    def _consume(self, stream: _Stream, stamp_ns: int) -> None:
-        """Mark a frame's samples as used, so that they open no other frame."""
-        head_ns = stream.head_ns
-        paired = head_ns is not None and head_ns <= stamp_ns + self._max_skew_ns
-        if paired and stream.joined(stamp_ns):
-            stream.next_index += 1
-        stream.forget_before(stamp_ns)
 
 
 def interpolate(before: SkeletonSample, after: SkeletonSample, stamp_ns: int) -> SkeletonSample:
@@ -299,7 +293,7 @@ def interpolate(before: SkeletonSample, after: SkeletonSample, stamp_ns: int) ->
     share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)  # [-] 0..1
     positions = before.positions + share * (after.positions - before.positions)  # li2020 (2)
     state = np.minimum(before.tracking_state, after.tracking_state)
-    known = np.isfinite(positions).all(axis=1) & (state != int(TrackingState.NOT_TRACKED))
+    known = are_known(positions) & (state != int(TrackingState.NOT_TRACKED))
     return replace(
         after,
         stamp_ns=stamp_ns,
