@@ -57,12 +57,12 @@ def single_imu_lines(clocks: Clocks) -> Iterator[str]:
 
 def result_lines(extrinsics: Extrinsics, imus: str) -> Iterator[str]:
     """Lines about a result beside the sensors' poses; ``imus`` is about their common clock."""
-    yield from scale_lines(extrinsics)
+    yield from tracker_lines(extrinsics)
     yield from filter(None, (imus, *single_imu_lines(extrinsics.clocks), floor_line(extrinsics)))
 
 
-def scale_lines(extrinsics: Extrinsics) -> Iterator[str]:
-    """Lines about trackers whose scales differ."""
+def tracker_lines(extrinsics: Extrinsics) -> Iterator[str]:
+    """Lines about trackers whose scales differ, or that guess distances."""
     for name, pair in extrinsics.residuals.items():
         if pair.scale_differs:
             larger = "larger" if pair.scale > 1.0 else "smaller"
@@ -70,6 +70,12 @@ def scale_lines(extrinsics: Extrinsics) -> Iterator[str]:
                 f"'{name}' shows the person {100.0 * abs(pair.scale - 1.0):.0f} % {larger} than "
                 f"'{pair.partner}': one tracker's scale is wrong, and so are the poses of the "
                 "cameras; set the person's height in the tracker, or calibrate with a board"
+            )
+        if pair.is_rough:
+            yield (
+                f"'{name}' and '{pair.partner}' still differ by {100.0 * pair.median:.0f} cm, as "
+                "trackers that guess distances do: angles change little, but the poses of the "
+                "cameras may be wrong by 10° and half a metre; calibrate with a board"
             )
 
 
@@ -81,6 +87,6 @@ def extrinsics_lines(extrinsics: Extrinsics) -> Iterator[str]:
             f"{100.0 * pair.position_stddev:.1f} cm, agrees with '{pair.partner}' within "
             f"{100.0 * pair.median:.1f} cm"
         )
-    yield from scale_lines(extrinsics)
+    yield from tracker_lines(extrinsics)
     clocks = clocks_line(extrinsics, "by the motion in the bag")
     yield from filter(None, (clocks, floor_line(extrinsics)))

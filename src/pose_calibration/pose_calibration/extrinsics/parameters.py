@@ -28,7 +28,7 @@ class CalibrationParameters:
         doc="uncertainty of a sensor's rotation above which the calibration is refused",
     )
     median_residual: float = parameter(
-        0.15,
+        0.25,
         unit="m",
         limits=(0.01, 1.0),
         doc="median distance of a joint between two views above which the calibration is refused",

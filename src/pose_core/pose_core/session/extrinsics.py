@@ -16,6 +16,7 @@ from pose_core.streams.clocks import Clock
 from pose_core.transforms import inverse
 
 TRACKER_OFFSET_M = 0.015  # [m] of joints, which looks like a scale where people hardly move
+ROUGH_M = 0.08  # [m] median distance of two views of trackers that guess distances: 0.09 to 0.19
 SAME_SCALE = 0.02  # [-] relative difference; of trackers with the right scale at most 0.011
 
 
@@ -41,6 +42,11 @@ class PairResiduals:
         """Whether one of the two trackers has a wrong scale."""
         difference, size = abs(self.scale - 1.0), float(np.linalg.norm(self.spread))
         return difference > SAME_SCALE and difference * size > TRACKER_OFFSET_M
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether the views differ more than those of depth cameras: errors do not average out."""
+        return self.median > ROUGH_M
 
     @property
     def all_inlier_share(self) -> float:

@@ -5,7 +5,7 @@ import numpy as np
 from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
 from pose_core.api import Extrinsics
 from pose_core.counters import Counters
-from pose_fusion.calibration_lines import scale_lines
+from pose_fusion.calibration_lines import tracker_lines
 from pose_node.node_status import Level, Report
 
 
@@ -19,7 +19,7 @@ def calibration_report(calibration: LiveCalibration, counters: Counters, trouble
     """
     collecting = calibration.state is CalibrationState.COLLECTING
     extrinsics = calibration.extrinsics
-    scales = [] if extrinsics is None else list(scale_lines(extrinsics))
+    scales = [] if extrinsics is None else list(tracker_lines(extrinsics))
     level = Level.WARN if collecting or calibration.moved or scales else Level.OK
     return Report(
         level=Level.ERROR if trouble else level,
