@@ -40,6 +40,7 @@ MEAN = ("position", "rotations", "slides", "velocity", "rates")
 BESIDE = (
     *("P", "delay", "delay_sums", "R_sensor_link", "heading", "offset", "offset_variance"),
     *("nis", "silent_s", "contradicted_s"),
+    *("depth_error", "depth_error_variance", "depth_error_power", "depth_noise"),
     *("waist_mean", "waist_s", "shared_offset"),
 )
 
