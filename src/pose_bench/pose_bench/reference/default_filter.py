@@ -167,12 +167,13 @@ class ReferenceFilter:
         variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
         state.depth_error[sensor] += np.sqrt(variance) * update.shared
         state.depth_error_variance[sensor] = variance * update.shared_variance
+        left = [replace(g, residual=g.residual - update.shared * g.shared) for g in joints]
+        others = np.delete(state.silent_s, sensor)
+        if not joints or not np.any(others < CAMERA_TIMEOUT_S):
+            return left
         squared = state.depth_error[sensor] ** 2 + state.depth_error_variance[sensor]
         power += (1.0 - np.exp(-gap_s / DEPTH_LEARNING_S)) * (squared - power)
         state.depth_error_power[sensor] = max(power, LEAST_DEPTH_VARIANCE)
-        if not joints:
-            return joints
-        left = [replace(g, residual=g.residual - update.shared * g.shared) for g in joints]
         excess = []
         for group, predicted in zip(left, spread, strict=True):
             ray = view.positions[group.source] - frame.camera

@@ -22,7 +22,7 @@ from pose_core.filter.depth_errors import add_depth_error
 from pose_core.filter.occlusion import Capsules, hidden
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
-from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
+from pose_core.filter.state import FilterState, another_camera_sends
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import (
     BodyArrays,
@@ -151,9 +151,8 @@ def has_other_source(body: BodyArrays, state: FilterState, sensor: int, joint: i
 
     Without either, the tracker's guess of a joint that the body hides is the best there is.
     """
-    for other in range(len(state.silent_s)):
-        if other != sensor and state.silent_s[other] < CAMERA_TIMEOUT_S:
-            return True
+    if another_camera_sends(state, sensor):
+        return True
     link = body.carriers[joint, body.carrier_count[joint] - 1]
     return bool(state.has_imu[link])
 

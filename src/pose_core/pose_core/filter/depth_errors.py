@@ -9,14 +9,15 @@ d is an error of the whole body that all joints of a frame share. It is estimate
 outside the state, as a process that decays within :data:`MEMORY_S` and has the mean square that
 its estimates show. The :math:`e_j` are independent noise; its variance is the mean difference of
 the squared residuals along and across the rays. Both are small for depth cameras with a body
-model, and several centimetres for trackers on images.
+model, and several centimetres for trackers on images. They are learnt while another camera sends
+frames: of a single one, they cannot be told from motion.
 """
 
 import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.rows import Rows
-from pose_core.filter.state import FilterState
+from pose_core.filter.state import FilterState, another_camera_sends
 from pose_core.filter.update import UpdateResult
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
@@ -90,14 +91,15 @@ def estimate_depth_errors(
     variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
     state.depth_error[sensor] += np.sqrt(variance) * update.shared
     state.depth_error_variance[sensor] = variance * update.shared_variance
+    if joints == 0 or not another_camera_sends(state, sensor):
+        return
     squared = state.depth_error[sensor] ** 2 + state.depth_error_variance[sensor]
     power += (1.0 - np.exp(-gap_s / LEARNING_S)) * (squared - power)
     state.depth_error_power[sensor] = max(power, LEAST_VARIANCE)
-    if joints > 0:
-        share = 1.0 - np.exp(-gap_s / NOISE_LEARNING_S)
-        excess = noise_along_rays(positions, camera, rows, joints, update)
-        noise = state.depth_noise[sensor]
-        state.depth_noise[sensor] = max(noise + share * (excess - noise), 0.0)
+    share = 1.0 - np.exp(-gap_s / NOISE_LEARNING_S)
+    excess = noise_along_rays(positions, camera, rows, joints, update)
+    noise = state.depth_noise[sensor]
+    state.depth_noise[sensor] = max(noise + share * (excess - noise), 0.0)
 
 
 @compiled

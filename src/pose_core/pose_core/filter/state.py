@@ -78,6 +78,7 @@ def start_state(
         R_map_links: (links, 3, 3).
     """
     links, joints = layout.links, len(JOINTS)
+    has_depth_errors = float(sensors > 1)  # of a single camera, they cannot be told from motion
     stddev = np.zeros(layout.body_size)
     stddev[:3] = tuning.start.position
     stddev[3 : layout.first_slide] = tuning.start.rotation
@@ -101,9 +102,9 @@ def start_state(
         imu_column=np.full(links, NO_COLUMN, np.int64),
         has_imu=np.zeros(links, np.bool_),
         depth_error=np.zeros(sensors),
-        depth_error_variance=np.full(sensors, tuning.start.depth_error**2),
-        depth_error_power=np.full(sensors, tuning.start.depth_error**2),
-        depth_noise=np.full(sensors, tuning.start.depth_noise**2),
+        depth_error_variance=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
+        depth_error_power=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
+        depth_noise=np.full(sensors, has_depth_errors * tuning.start.depth_noise**2),
         offset=np.zeros((sensors, joints, 3)),
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
         nis=np.zeros((sensors, joints)),
@@ -145,6 +146,15 @@ def with_imu(
     state.R_sensor_link[link] = R_sensor_link
     state.heading[link] = heading
     return state
+
+
+@compiled_in_place
+def another_camera_sends(state: FilterState, sensor: int) -> bool:
+    """Whether another camera than this one sends frames."""
+    for other in range(len(state.silent_s)):
+        if other != sensor and state.silent_s[other] < CAMERA_TIMEOUT_S:
+            return True
+    return False
 
 
 @compiled_in_place
