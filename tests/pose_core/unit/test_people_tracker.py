@@ -53,6 +53,19 @@ def test_a_known_person_who_starts_to_run_before_two_slow_cameras_is_never_lost(
     assert all(len(each) == 1 for each in given)
 
 
+def test_a_person_whom_two_rough_views_see_half_a_metre_apart_is_one():
+    def seen(sample):
+        shift = [0.0, 0.0, 0.5 * (sample.sensor == "right")]
+        return replace(sample, positions=sample.positions + shift)
+
+    frames = [[seen(sample) for sample in persons] for persons, _ in frames_of([TO_THE_LEFT], 2.0)]
+    people = tracker()
+    people.place_sensors(POSES, {}, rough_m=0.18)
+    given = [people.add(persons) for persons in frames]
+    assert {number for each in given for number, _ in each} == {1}
+    assert all(len(each) == 1 for each in given)
+
+
 def test_two_people_who_cross_keep_their_identities_in_both_sensors():
     given = numbers_of(tracker(), frames_of([TO_THE_LEFT, TO_THE_RIGHT], 3.0))
     assert {len(numbers) for numbers in given.values()} == {1}

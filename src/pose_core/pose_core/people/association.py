@@ -24,6 +24,7 @@ GATE_M = 0.35  # [m] mean distance of the joints from their predicted positions,
 SPEED_CHANGE = 4.0  # [m/s] a change of speed that the prediction lacks; it widens this gate while
 WIDER_FROM_S, WIDER_TO_S = 0.034, 0.2  # [s] the joints' age grows from one to the other
 OTHER_ID_GATE_M = 0.25  # [m] the same under any other id: people pass each other at arm's length
+ROUGH_GATE = 2.0  # [-] of the median distance of two rough views, by which the gates are wider
 SAME_ID_M = 0.1  # [m] by which an id speaks for the person who had it, and against others
 ID_HOLDS_S = 0.5  # [s] for which a sensor's id counts
 UNOBSERVED_M = 0.1  # [m] advantage of a confirmed person who is seen
@@ -39,6 +40,7 @@ def associate(
     frame: Sequence[SkeletonSample],
     positions: FloatArray,
     stamp_ns: int,
+    rough_m: float = 0.0,
 ) -> tuple[list[tuple[int, int]], NDArray[np.bool_]]:
     """Assign a frame's skeletons to persons.
 
@@ -47,6 +49,7 @@ def associate(
         frame: All skeletons that a sensor saw at one instant.
         positions: Their joints in the common frame [m], shape (skeletons, 15, 3).
         stamp_ns: The instant [ns].
+        rough_m: Distance [m] of a joint in two views of trackers that guess distances.
 
     Returns:
         Pairs of indices (track, skeleton), and whether the skeleton has left and right swapped,
@@ -66,7 +69,8 @@ def associate(
     age_s = np.array([track.age_s(stamp_ns) for track in tracks])
     extra_s = np.clip(age_s, WIDER_FROM_S, WIDER_TO_S) - WIDER_FROM_S
     gates_m = (GATE_M + SPEED_CHANGE * extra_s)[:, None]
-    cost[distance > np.where(has_other_id, OTHER_ID_GATE_M, gates_m)] = np.inf
+    gates_m = np.where(has_other_id, OTHER_ID_GATE_M, gates_m) + ROUGH_GATE * rough_m
+    cost[distance > gates_m] = np.inf
     is_observed = [track.is_observed(stamp_ns) for track in tracks]
     cost[np.logical_not(is_observed)] += UNOBSERVED_M
     # A skeleton rather begins a track than it pushes another one off its own.

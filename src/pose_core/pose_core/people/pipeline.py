@@ -139,7 +139,7 @@ class PeoplePipeline:
         self.extrinsics, self.clocks = extrinsics, extrinsics.clocks
         known = [name for name in self.parameters.sensors if name in extrinsics.sensors]
         poses = {name: extrinsics.T_map_sensor(name) for name in known}
-        self._people.place_sensors(poses, extrinsics.clocks)
+        self._people.place_sensors(poses, extrinsics.clocks, extrinsics.rough_m)
         while self._waiting:
             self._take(self._waiting.popleft())
         self._pipelines.use_extrinsics(extrinsics)

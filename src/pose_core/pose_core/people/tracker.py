@@ -61,6 +61,7 @@ class PeopleTracker(TrackManager):
         )
         super().__init__(counters)
         self._swaps = TrackSwaps()
+        self._rough_m = 0.0
 
     @property
     def holds_back(self) -> bool:
@@ -71,12 +72,15 @@ class PeopleTracker(TrackManager):
         """A known person; ``None`` if there is nobody of this number."""
         return next((track for track in self.tracks if track.number == number), None)
 
-    def place_sensors(self, T_common_sensor: Mapping[str, FloatArray], clocks: Clocks) -> None:
+    def place_sensors(
+        self, T_common_sensor: Mapping[str, FloatArray], clocks: Clocks, rough_m: float = 0.0
+    ) -> None:
         """Use these poses and clocks; if a sensor has been moved, all tracks restart.
 
         Args:
             T_common_sensor: (4, 4) by sensor.
             clocks: Clocks that correct the stamps.
+            rough_m: Distance [m] of a joint in two views of trackers that guess distances.
         """
         known = self.T_common_sensor
         is_moved = any(
@@ -85,6 +89,7 @@ class PeopleTracker(TrackManager):
             if name in known
         )
         self.T_common_sensor, self.clocks = dict(T_common_sensor), clocks
+        self._rough_m = rough_m
         if is_moved:
             for track in list(self.tracks):
                 self.mark_absent(track)
@@ -149,7 +154,7 @@ class PeopleTracker(TrackManager):
         T = self.T_common_sensor[frame[0].sensor]
         positions = np.stack([transformed(T, sample.positions) for sample in frame])
         in_view = self.in_view
-        pairs, is_mirrored = associate(in_view, frame, positions, stamp_ns)
+        pairs, is_mirrored = associate(in_view, frame, positions, stamp_ns, self._rough_m)
         assigned: list[Assigned] = []
         for row, column in pairs:
             joints = positions[column]

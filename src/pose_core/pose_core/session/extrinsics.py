@@ -113,6 +113,11 @@ class Extrinsics:
         """All sensors, the reference first."""
         return tuple(self.T_reference_sensor)
 
+    @property
+    def rough_m(self) -> float:
+        """Largest median distance [m] of a joint in two views, if they are rough; 0 otherwise."""
+        return max((pair.median for pair in self.residuals.values() if pair.is_rough), default=0.0)
+
     def T_map_sensor(self, sensor: str) -> FloatArray:  # noqa: N802 (the name of a matrix)
         """The transform from a sensor's frame to ``map``, shape (4, 4)."""
         return self.T_map_reference @ self.T_reference_sensor[sensor]
