@@ -40,14 +40,14 @@ def place(world, pixels, weights, focal):
 
 
 def frames(capture, field_of_view):
-    """(capture time [ns], joints of the person or None) of each picture."""
+    """(time of arrival [ns], joints of the person or None) of each picture."""
     import cv2
     from mediapipe.python.solutions.pose import Pose
 
     tracker = Pose(model_complexity=1)
     while True:
-        time_ns = time.monotonic_ns()
         is_read, picture = capture.read()
+        time_ns = time.monotonic_ns()  # OpenCV does not tell the camera's own
         if not is_read:
             return
         height, width = picture.shape[:2]

@@ -9,7 +9,7 @@ import argparse
 import dataclasses
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -27,13 +27,11 @@ NAME_ENDING = r"[A-Za-z0-9]\w*"  # the part of a component after an underscore
 class ParameterSpec:
     """Specification of one parameter, except its name, type and default."""
 
-    doc: str  # one line that says what it does
+    doc: str
     unit: str = "-"
     limits: tuple[float, float] | None = None  # smallest and largest allowed value, in `unit`
-    choices: tuple[str, ...] | None = None  # the allowed texts
-    pattern: str | None = None
-    """What the text, or each of the texts, must match to be part of topics and frames:
-    :data:`NAME`, :data:`NAME_ENDING` or :data:`RUN`."""
+    choices: tuple[str, ...] | None = None
+    pattern: str | None = None  # of the text, or of each of the texts
 
     @property
     def is_switch(self) -> bool:
@@ -48,14 +46,30 @@ class ParameterSpec:
         return "" if self.limits is None else "[{:g}, {:g}]".format(*self.limits)
 
 
-def parameter(default: Any, **spec: Any) -> Any:
+def parameter(
+    default: Any,
+    *,
+    doc: str,
+    unit: str = "-",
+    limits: tuple[float, float] | None = None,
+    choices: Sequence[str] = (),
+    pattern: str | None = None,
+) -> Any:
     """Declare a parameter as a dataclass field.
 
     Args:
         default: A bool, int, float, str, or tuple of str; its type is the parameter's type.
-        **spec: The fields of its :class:`ParameterSpec`.
+        doc: One line that says what it does.
+        unit: The unit, ``-`` if it has none.
+        limits: Smallest and largest allowed value, in ``unit``.
+        choices: The allowed strings; none: any.
+        pattern: What the string, or each of them, must match to be part of topics and frames:
+            :data:`NAME`, :data:`NAME_ENDING` or :data:`RUN`.
     """
-    return dataclasses.field(default=default, metadata={"spec": ParameterSpec(**spec)})
+    spec = ParameterSpec(
+        doc=doc, unit=unit, limits=limits, choices=tuple(choices) or None, pattern=pattern
+    )
+    return dataclasses.field(default=default, metadata={"spec": spec})
 
 
 def specs(parameters: type | Any) -> dict[str, tuple[Any, ParameterSpec]]:

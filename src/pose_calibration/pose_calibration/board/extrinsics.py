@@ -3,7 +3,8 @@
 import numpy as np
 
 from pose_calibration.board.solution import BoardCalibration
-from pose_calibration.floor.floor import Gravity, KnownMounting, estimate_floor
+from pose_calibration.floor.floor import KnownMounting, estimate_floor
+from pose_calibration.floor.gravity import Gravity
 from pose_core.api import BoardResiduals, Extrinsics
 from pose_core.errors import InputError
 

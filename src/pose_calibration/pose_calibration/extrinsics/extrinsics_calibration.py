@@ -14,7 +14,8 @@ from pose_calibration.extrinsics.frame_memory import FrameMemory
 from pose_calibration.extrinsics.joint_refinement import JointRefinement, Refinement
 from pose_calibration.extrinsics.pair_fits import spanning_transforms
 from pose_calibration.extrinsics.parameters import CalibrationParameters
-from pose_calibration.floor.floor import Gravity, estimate_floor
+from pose_calibration.floor.floor import estimate_floor
+from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import CalibrationError, spread
 from pose_core.api import AlignedFrame, Extrinsics, FloatArray, PairResiduals, inverse, transformed
 from pose_core.errors import ParameterError

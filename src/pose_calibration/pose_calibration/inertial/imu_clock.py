@@ -14,7 +14,7 @@ import numpy as np
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
 from pose_calibration.clocks.joint_delays import Delay
 from pose_calibration.clocks.motion_track import Track, track_of
-from pose_calibration.floor.floor import Gravity
+from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
 from pose_calibration.inertial.imu_motion import (
     LEAST_LIMBS,

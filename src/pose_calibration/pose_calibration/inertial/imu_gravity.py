@@ -20,7 +20,7 @@ import numpy as np
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S
 from pose_calibration.clocks.motion_track import Track
-from pose_calibration.floor.floor import Gravity
+from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import TUKEY
 from pose_calibration.inertial.imu_motion import View
 from pose_core.api import FloatArray

@@ -122,7 +122,7 @@ class CalibrationPerson:
             if self._extrinsics is not None:
                 known = self._extrinsics
                 places = {name: known.T_map_sensor(name) for name in known.sensors}
-                self._tracker = PeopleTracker(places, known.clocks)
+                self._tracker = PeopleTracker(places, known.clocks, known.rough_m)
         if self._tracker is not None:
             return self._tracked(self._tracker, frame)
         self._held.append(frame)

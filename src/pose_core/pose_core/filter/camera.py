@@ -8,8 +8,8 @@ position of joint j at that time, with the view's slowly varying offset b:
 
 The rotations are linearised with sigma points (``sigma_points``); everything else is linear. The
 Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. d is the error along the
-ray (``depth_errors``). The noise n is larger for
-inferred joints and under self-occlusion (``occlusion``).
+ray (``depth_errors``). The noise n is larger for inferred joints and under self-occlusion
+(``occlusion``).
 """
 
 from typing import NamedTuple

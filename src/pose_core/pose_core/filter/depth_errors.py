@@ -39,6 +39,14 @@ def predict_depth_errors(dt_s: float, state: FilterState) -> None:
 
 
 @compiled_in_place
+def ray_to(position: FloatArray, camera: FloatArray) -> tuple[float, float, float]:
+    """Direction from a camera to a position."""
+    x, y, z = position[0] - camera[0], position[1] - camera[1], position[2] - camera[2]
+    length = max(np.sqrt(x * x + y * y + z * z), 1e-6)
+    return x / length, y / length, z / length
+
+
+@compiled_in_place
 def add_depth_error(
     state: FilterState, sensor: int, predicted: FloatArray, camera: FloatArray, rows: Rows
 ) -> None:
@@ -53,9 +61,7 @@ def add_depth_error(
     """
     group = rows.filled[1] - 1
     first, noise = rows.first[group], rows.noise[group]
-    x, y, z = predicted[0] - camera[0], predicted[1] - camera[1], predicted[2] - camera[2]
-    length = max(np.sqrt(x * x + y * y + z * z), 1e-6)
-    ray = (x / length, y / length, z / length)
+    ray = ray_to(predicted, camera)
     shared = np.sqrt(state.depth_error_variance[sensor])
     for i in range(3):
         rows.residual[first + i] -= ray[i] * state.depth_error[sensor]
@@ -102,7 +108,7 @@ def estimate_depth_errors(
     state.depth_noise[sensor] = max(noise + share * (excess - noise), 0.0)
 
 
-@compiled
+@compiled_in_place
 def noise_along_rays(
     positions: FloatArray, camera: FloatArray, rows: Rows, joints: int, update: UpdateResult
 ) -> float:
@@ -112,17 +118,16 @@ def noise_along_rays(
     """
     sum_, weights = 0.0, 0.0
     for group in range(joints):
-        first = rows.first[group]
-        own = slice(first, first + 3)
-        r, block = rows.residual[own], update.HPHt[own, own]
-        ray = positions[rows.source[group]] - camera
-        squared = max(np.dot(ray, ray), 1e-12)
-        along, whole = np.dot(ray, r) ** 2 / squared, np.dot(r, r)
+        first, ray = rows.first[group], ray_to(positions[rows.source[group]], camera)
+        along, noise, along_P = 0.0, 0.0, 0.0
         for i in range(3):
-            whole -= block[i, i]
-            along -= ray[i] ** 2 / squared * block[i, i]
-            for k in range(i + 1, 3):  # the upper triangle holds the values
-                along -= 2.0 * ray[i] * ray[k] / squared * block[i, k]
-        sum_ += update.weights[group] * (along - 0.5 * (whole - along))
+            r = rows.residual[first + i]
+            along += ray[i] * r
+            noise += r * r - update.HPHt[first + i, first + i]
+            for k in range(3):
+                row, column = first + min(i, k), first + max(i, k)  # of the upper triangle
+                along_P += ray[i] * ray[k] * update.HPHt[row, column]
+        noise_along = along * along - along_P
+        sum_ += update.weights[group] * (noise_along - 0.5 * (noise - noise_along))
         weights += update.weights[group]
     return sum_ / weights

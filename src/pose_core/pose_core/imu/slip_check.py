@@ -79,7 +79,8 @@ class SlipCheck:
             known = tuple(sorted({*self._row, *imus.segments}))
             self._restart(known, len(positions), stamp_ns)
         if not 0 <= stamp_ns - self._bin_ns < BIN_NS:
-            self._slipped = self._judge(stamp_ns)
+            self._begin_bin(stamp_ns)
+            self._slipped = self._judge()
         due = [k for k, at_ns in enumerate(self._last_ns) if not 0 <= stamp_ns - at_ns < PERIOD_NS]
         due = [sensor for sensor in due if np.isfinite(positions[sensor, :, 0]).any()]
         if not due:
@@ -112,13 +113,14 @@ class SlipCheck:
         """Segments whose IMU has slipped, as judged once a second."""
         return self._slipped if len(self._slipped) == 1 else ()  # of several, the cameras are wrong
 
-    def _judge(self, stamp_ns: int) -> Sequence[str]:
-        """Begin another partial sum; the segments whose IMU has slipped."""
+    def _begin_bin(self, stamp_ns: int) -> None:
         self._bin_ns = stamp_ns
         if len(self._last) == LAST_BINS:
             self._before = np.exp(-1.0 / MEMORY_BINS) * self._before + self._last[0]
         self._last.append(self._now)
         self._now = np.zeros_like(self._now)
+
+    def _judge(self) -> Sequence[str]:
         per_sample = INDEPENDENT_S / (PERIOD_NS / NS_PER_S)
         last, before = np.sum(self._last, axis=0) / per_sample, self._before / per_sample
         information = 1.0 / DIRECTION_STDDEV**2

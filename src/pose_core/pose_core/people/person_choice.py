@@ -131,7 +131,7 @@ class ChosenPerson:
     def use_extrinsics(self, extrinsics: Extrinsics) -> None:
         """Assign the skeletons of all sensors together from now on."""
         places = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
-        self._everywhere = self._make(PeopleTracker(places, extrinsics.clocks))
+        self._everywhere = self._make(PeopleTracker(places, extrinsics.clocks, extrinsics.rough_m))
 
     def add_imus(self, block: ImuBlock) -> None:
         """Add IMU samples, for the rule ``imus``."""

@@ -37,10 +37,14 @@ class PeopleTracker(TrackManager):
         T_common_sensor: Each sensor's pose in one common frame, shape (4, 4), in practice in
             ``map``; frames of other sensors are left out.
         clocks: The sensors' clocks against the reference's.
+        rough_m: Distance [m] of a joint in two views of trackers that guess distances.
     """
 
     def __init__(
-        self, T_common_sensor: Mapping[str, FloatArray], clocks: Clocks | None = None
+        self,
+        T_common_sensor: Mapping[str, FloatArray],
+        clocks: Clocks | None = None,
+        rough_m: float = 0.0,
     ) -> None:
         self.T_common_sensor = dict(T_common_sensor)
         self.clocks: Clocks = clocks or {}
@@ -61,7 +65,7 @@ class PeopleTracker(TrackManager):
         )
         super().__init__(counters)
         self._swaps = TrackSwaps()
-        self._rough_m = 0.0
+        self._rough_m = rough_m
 
     @property
     def holds_back(self) -> bool:
@@ -80,7 +84,7 @@ class PeopleTracker(TrackManager):
         Args:
             T_common_sensor: (4, 4) by sensor.
             clocks: Clocks that correct the stamps.
-            rough_m: Distance [m] of a joint in two views of trackers that guess distances.
+            rough_m: See the class.
         """
         known = self.T_common_sensor
         is_moved = any(

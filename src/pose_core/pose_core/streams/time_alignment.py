@@ -228,22 +228,20 @@ class TimeAligner:
             frames.append(self._frame(stamp_ns))
             self._last_emitted_ns = stamp_ns
             for stream in self._streams.values():
-                head_ns = stream.head_ns
-                is_paired = head_ns is not None and head_ns <= stamp_ns + self._max_skew_ns
-                stream.next_index += is_paired and stream.joined(stamp_ns)  # opens no other frame
-                stream.forget_before(stamp_ns)
+                self._consume(stream, stamp_ns)
         return frames
 
     def _next_stamp(self) -> int | None:
         """The earliest sample that opens a frame."""
-        last_ns = BEFORE_ALL_NS if self._last_emitted_ns is None else self._last_emitted_ns
         for stream in self._streams.values():
-            while (head_ns := stream.head_ns) is not None:
-                if head_ns > last_ns and stream.joined(head_ns):
-                    break
+            while (head_ns := stream.head_ns) is not None and not self._opens(stream, head_ns):
                 stream.next_index += 1
         heads = [stream.head_ns for stream in self._streams.values()]
         return min((head_ns for head_ns in heads if head_ns is not None), default=None)
+
+    def _opens(self, stream: _Stream, stamp_ns: int) -> bool:
+        emitted = self._last_emitted_ns is not None and stamp_ns <= self._last_emitted_ns
+        return stream.joined(stamp_ns) and not emitted
 
     def _must_wait(self, stamp_ns: int) -> bool:
         newest_ns = max(s.last_ns for s in self._streams.values() if s.last_ns is not None)
@@ -269,12 +267,21 @@ class TimeAligner:
         index = bisect_left(stream.samples, stamp_ns, key=attrgetter("stamp_ns"))
         if index == len(stream.samples):
             return None
-        before, after = stream.samples[index - 1], stream.samples[index]
+        after = stream.samples[index]
         if after.stamp_ns == stamp_ns:
             return after
-        if index == 0 or after.stamp_ns - before.stamp_ns > stream.gaps_ns[index]:
+        before = stream.samples[index - 1] if index > 0 else None
+        if before is None or after.stamp_ns - before.stamp_ns > stream.gaps_ns[index]:
             return None
         return interpolate(before, after, stamp_ns)
+
+    def _consume(self, stream: _Stream, stamp_ns: int) -> None:
+        """Mark a frame's samples as used, so that they open no other frame."""
+        head_ns = stream.head_ns
+        paired = head_ns is not None and head_ns <= stamp_ns + self._max_skew_ns
+        if paired and stream.joined(stamp_ns):
+            stream.next_index += 1
+        stream.forget_before(stamp_ns)
 
 
 def interpolate(before: SkeletonSample, after: SkeletonSample, stamp_ns: int) -> SkeletonSample:
