@@ -1,4 +1,4 @@
-r"""Resolves the substitutions of launch files: ``$(var rate)``, ``$(env HOME)``, nested ones.
+r"""Resolves the substitutions of launch files: ``$(var rate)``, ``$(command …)``, nested ones.
 
 An argument is a word or is quoted; substitutions may be nested in quotes and words. A backslash
 escapes the next character. All functions raise an :class:`InputError` if a substitution is not

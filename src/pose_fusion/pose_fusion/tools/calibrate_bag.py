@@ -73,7 +73,7 @@ def calibrate_bag(
         task = progress.add_task("reading", total=1.0)
         frames = BagFrames(bag, lambda share: progress.update(task, completed=share))
         everything = list(frames)
-        progress.update(task, description="solving", total=None)
+        progress.add_task("solving", total=None)
         return calibrate_people(everything, sensors, parameters)
 
 

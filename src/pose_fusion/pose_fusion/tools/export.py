@@ -108,7 +108,7 @@ def run() -> int | None:
             lambda share: progress.update(task, completed=share),
             load_body_model(arguments.body_model) if arguments.body_model else None,
         )
-        progress.update(task, description="writing", total=None)
+        progress.add_task("writing", total=None)
         rate = arguments.rate or max(SLOWEST, float(round(recorded.mean_rate)))
         exporter = EXPORTERS[arguments.to]
         keeps_stamps = not exporter.constant_rate and arguments.rate is None
