@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pose_core.arrays import FloatArray
-from pose_io.recordings.joint_maps import StateArray
+from pose_io.arrays import ByteArray
 from pose_node.node_status import Report
 
 SOURCES = {
@@ -29,7 +29,7 @@ class SkeletonFrame:
     stamp_ns: int  # [ns] capture on the host's clock
     person: tuple[str, ...]  # p ids
     positions: FloatArray  # (p, 15, 3) [m] in the sensor's optical frame; NaN where not tracked
-    tracking_state: StateArray  # (p, 15), values of TrackingState
+    tracking_state: ByteArray  # (p, 15), values of TrackingState
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,8 +1,8 @@
 """Accuracy on captured motion with simulated sensors: methods, runs, scores.
 
-One time shift of each method against the truth is removed, as everywhere (docs/conventions.md); the
-baseline is ``joint_kf`` on the same samples with the true extrinsics and clocks. The first seconds,
-in which bodies are measured, are not evaluated; those in which IMUs are aligned are.
+One time shift of each method against the truth is removed (docs/accuracy/README.md). The baseline
+is ``joint_kf`` on the same samples with the true extrinsics and clocks. The first seconds, in which
+bodies are measured, are not evaluated; those in which IMUs are aligned are.
 """
 
 from collections.abc import Callable, Sequence
@@ -46,7 +46,7 @@ from pose_sim.captured.session import (
 
 BASELINE = "joint_kf"
 """Baseline of all ratios; it uses the true extrinsics and clock offsets."""
-JUDGED_FROM_S = 3.0  # [s]
+EVALUATED_FROM_S = 3.0  # [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,11 +98,11 @@ class CapturedScore:
 
 
 def truth_of(session: CapturedSession) -> SkeletonSeries:
-    """The captured joints from :data:`JUDGED_FROM_S` on, which are evaluated."""
+    """The captured joints from :data:`EVALUATED_FROM_S` on, which are evaluated."""
     positions = session.clip.positions
     stamps_ns = np.array([stamp_of(i / RATE) for i in range(len(positions))])
     whole = tracked_series(stamps_ns, positions)
-    return whole.between(stamp_of(JUDGED_FROM_S), int(stamps_ns[-1]))
+    return whole.between(stamp_of(EVALUATED_FROM_S), int(stamps_ns[-1]))
 
 
 def true_extrinsics(session: CapturedSession) -> Extrinsics:
@@ -170,7 +170,7 @@ def score_runs(
     """Run methods on a session and score them; those that raise a ``PoseError`` have the reason."""
     truth = truth_of(session)
     if not len(truth):
-        error = f"too short: judged from {JUDGED_FROM_S:g} s on"
+        error = f"too short: judged from {EVALUATED_FROM_S:g} s on"
         return [replace(_unscored(session.spec, method), error=error) for method in methods]
     baseline = score_method(BASELINE, baseline_run.series, truth)
     found = []

@@ -14,7 +14,7 @@ import numpy as np
 from pose_core.errors import InputError
 from pose_sim.captured.clips import bundled_clips, clips_in
 from pose_sim.captured.session import CapturedSpec
-from pose_sim.captured.trackers import JUDGED_ON, TUNED_ON
+from pose_sim.captured.trackers import HELD_OUT_TRACKERS, TUNING_TRACKERS
 
 KNOWN, CALIBRATED, OFFSET = "known", "calibrated", "offset"
 CONDITIONS = (KNOWN, CALIBRATED, OFFSET)
@@ -26,13 +26,13 @@ GROUPED = 16  # approximate number of clips in a session
 
 
 def captured_specs(
-    motion: Path | None, *, judged: bool, seed: int, first: int = 0
+    motion: Path | None, *, held_out: bool, seed: int, first: int = 0
 ) -> list[CapturedSpec]:
     """Sessions from a folder of clips, grouped by person by its ``index.csv``.
 
     Args:
         motion: The folder; None: the clips bundled with ``pose_sim``.
-        judged: Whether to use the held-out trackers and delays.
+        held_out: Whether to use the held-out trackers and delays.
         seed: Random seed.
         first: Index of the first session, if there are earlier ones.
 
@@ -42,12 +42,12 @@ def captured_specs(
     clips = bundled_clips() if motion is None else clips_in(motion)
     if not clips:
         raise InputError(f"{motion} holds no clips: expected .npz or .bvh files, see pose_sim")
-    trackers = (*JUDGED_ON, "mixed") if judged else TUNED_ON
+    trackers = (*HELD_OUT_TRACKERS, "mixed") if held_out else TUNING_TRACKERS
     rng = np.random.default_rng(seed)
     specs: list[CapturedSpec] = []
     for name, files in _groups(motion, clips):
         order = rng.permutation(len(files))
-        delays = rng.choice(DELAYS_S, 2) if judged else None
+        delays = rng.choice(DELAYS_S, 2) if held_out else None
         clock_offset = float(rng.choice(CLOCK_OFFSETS_S))
         index = first + len(specs)
         condition = CONDITIONS[index % len(CONDITIONS)]  # (1)

@@ -26,7 +26,7 @@ from imu_bridge.filters import FILTERS
 from imu_bridge.filters.orientation_filter import SampleRound
 from imu_bridge.parameters import ImuBridgeParameters
 from pose_bench.imu_samples import processed
-from pose_bench.sessions import JUDGED_FROM_S
+from pose_bench.sessions import EVALUATED_FROM_S
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
@@ -205,7 +205,7 @@ def synthetic_errors(choreography: str, level: str, variant: Variant) -> FloatAr
     batch = processed(session, variant.parameters)
     # The link's minimum delay is part of the stamps; it is known here and removed.
     times = np.array(batch.stamp_ns) / NS_PER_S - session.settings.imu.radio_latency
-    judged = (times >= JUDGED_FROM_S) & (times <= DURATION_S)
+    judged = (times >= EVALUATED_FROM_S) & (times <= DURATION_S)
     R_enu_map = Rotation.from_euler("z", session.heading_enu_map)
     found = []
     for i, node_id in enumerate(NODES):

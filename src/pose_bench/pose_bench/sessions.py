@@ -30,7 +30,7 @@ from pose_sim.session_folder import as_recording
 
 TRUTH_ROWS = slice(None, None, round(GRID_RATE / 100.0))  # 100 Hz
 DURATION_S = 40.0  # [s]
-JUDGED_FROM_S = 16.0  # [s] end of the warm-up, which is common to all choreographies
+EVALUATED_FROM_S = 16.0  # [s] end of the warm-up, which is common to all choreographies
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,9 +57,9 @@ class BenchSession:
     extrinsics: Extrinsics  # the true ones, with the true clock offset
 
     @property
-    def judged_truth(self) -> SkeletonSeries:
+    def evaluated_truth(self) -> SkeletonSeries:
         """The truth of the choreography itself: without standing still and the warm-up."""
-        from_ns = START_NS + round(JUDGED_FROM_S * 1e9)
+        from_ns = START_NS + round(EVALUATED_FROM_S * 1e9)
         return self.truth.between(from_ns, int(self.truth.stamps_ns[-1]))
 
 

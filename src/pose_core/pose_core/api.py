@@ -100,7 +100,7 @@ from pose_core.streams.series import (
     longest_gap_s,
     series_from_samples,
 )
-from pose_core.streams.stamp_judge import StampJudge
+from pose_core.streams.stamp_check import StampCheck
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 from pose_core.transforms import best_rigid_transform, inverse, rigid_transform, transformed
 
@@ -164,7 +164,7 @@ __all__ = [
     "SkeletonSample",
     "SkeletonSeries",
     "Source",
-    "StampJudge",
+    "StampCheck",
     "StepwiseEstimator",
     "TimeAligner",
     "TrackingState",

@@ -10,7 +10,7 @@ from rich.text import Text
 
 T = TypeVar("T")
 UNKNOWN = "–"
-Judge = Callable[[Sequence[float]], float]
+BestOf = Callable[[Sequence[float]], float]
 """Selects the best of several known values: ``min`` of errors, ``max`` of correlations."""
 
 
@@ -109,7 +109,7 @@ def number_row(
     name: str,
     values: Sequence[float],
     digits: int,
-    best: Judge | None = None,
+    best: BestOf | None = None,
     *,
     sign: bool = False,
     is_summary: bool = False,

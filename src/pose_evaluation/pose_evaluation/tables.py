@@ -12,8 +12,8 @@ from pose_core.joints import SIDES
 from pose_evaluation.agreement import Agreement, MethodStability, ViewAgreement
 from pose_evaluation.scores import Evaluation, MethodScores
 from pose_evaluation.table import (
+    BestOf,
     Cell,
-    Judge,
     Row,
     Table,
     nearest_zero,
@@ -22,7 +22,7 @@ from pose_evaluation.table import (
     table_of,
 )
 
-SUMMARY: tuple[tuple[str, Callable[[MethodScores], float], int, Judge | None, bool], ...] = (
+SUMMARY: tuple[tuple[str, Callable[[MethodScores], float], int, BestOf | None, bool], ...] = (
     ("mean absolute bias [deg]", lambda m: m.mean_absolute_bias_deg, 1, min, False),
     ("joint position error [mm]", lambda m: m.mpjpe_mm, 0, min, False),
     ("bone length SD [mm]", lambda m: m.mean_bone_sd_mm, 1, min, False),

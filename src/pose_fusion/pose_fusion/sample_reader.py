@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pose_core.api import Clocks, ImuBlock, SkeletonSample, StampJudge
+from pose_core.api import Clocks, ImuBlock, SkeletonSample, StampCheck
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_fusion.watching.cameras import CameraWatch
@@ -33,14 +33,14 @@ class SampleReader:
 
     Args:
         sensors: The cameras' names; the first is the reference sensor.
-        judge: Its check of stamps; None to take all.
+        check: Its check of stamps; None to take all.
         counters: Counts by reason; :data:`COUNTS` are declared.
     """
 
     def __init__(
-        self, sensors: Sequence[str], judge: StampJudge | None, counters: Counters
+        self, sensors: Sequence[str], check: StampCheck | None, counters: Counters
     ) -> None:
-        self.judge, self.counters = judge, counters
+        self.check, self.counters = check, counters
         self.watch = CameraWatch(sensors)
         self.oriented: dict[str, bool] = {}
         """Whether an IMU has sent an orientation, of those that have sent since it was cleared."""
@@ -75,12 +75,12 @@ class SampleReader:
             return ()
         states = np.array([person.tracking_state for person in persons])
         self.counters.add("joints_not_tracked", states.size - int(np.count_nonzero(states)))
-        if self.judge is not None:
-            judged = self.judge.skeleton(persons[0], times.received_ns, clocks)
-            if judged is None:
+        if self.check is not None:
+            checked = self.check.skeleton(persons[0], times.received_ns, clocks)
+            if checked is None:
                 self.watch.note_trouble(sensor, "its stamps are implausible")
                 return None
-            persons = [replace(person, stamp_ns=judged.stamp_ns) for person in persons]
+            persons = [replace(person, stamp_ns=checked.stamp_ns) for person in persons]
         if sensor == self._reference:
             self.stages.note_taken(persons[0].stamp_ns, times.published_ns, times.taken_ns)
         return tuple(persons)
@@ -96,8 +96,8 @@ class SampleReader:
         block = _oriented(datas, self.counters)
         known = {block.segments[imu] for imu in set(block.imu.tolist())}
         self.oriented |= {s: s in known or self.oriented.get(s, False) for s in datas}
-        if self.judge is not None:
-            block = self.judge.imus(block, arrival_ns=now_ns, clocks=clocks)
+        if self.check is not None:
+            block = self.check.imus(block, arrival_ns=now_ns, clocks=clocks)
         return _in_order(block)
 
 

@@ -64,9 +64,9 @@ def load_robot(name: str, side: str, urdf: str = "") -> RobotFile:
     """
     path = Path(name).expanduser()
     if name in shipped_robots():
-        text = (_FOLDER / f"{name}.yaml").read_text()
+        text = (_FOLDER / f"{name}.yaml").read_text("utf-8")
     elif path.is_file():
-        text = path.read_text()
+        text = path.read_text("utf-8")
     else:
         known = ", ".join(shipped_robots())
         raise InputError(f"found no robot '{name}': expected one of {known}, or a YAML file")

@@ -20,7 +20,7 @@ REAL_CM = 5.64  # [cm] from what the other camera saw
 
 @pytest.fixture(scope="module", params=[0, 1], ids=["calm", "spinning"])
 def scores(request):
-    spec = captured_specs(None, judged=True, seed=11)[0]
+    spec = captured_specs(None, held_out=True, seed=11)[0]
     spec = replace(spec, spins=bool(request.param), duration_s=DURATION_S, delays_s=None)
     return request.param, {each.method: each for each in run_session(spec, METHODS_TRIED)}
 

@@ -14,7 +14,7 @@ from pose_bench.captured_variants import IMU_SETS, ablation_methods, imu_set_met
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_sim.captured.clips import bundled_clips
-from pose_sim.captured.trackers import JUDGED_ON, TUNED_ON
+from pose_sim.captured.trackers import HELD_OUT_TRACKERS, TUNING_TRACKERS
 
 SCORE = CapturedScore(
     source="here", session="one", trackers="a/b", condition=KNOWN, method="default", rmse_deg=6.0,
@@ -36,33 +36,33 @@ def folder(tmp_path):
 
 
 def test_each_condition_has_a_third_of_the_sessions(folder):
-    specs = captured_specs(folder, judged=True, seed=1)
+    specs = captured_specs(folder, held_out=True, seed=1)
     assert Counter(spec.condition for spec in specs) == {KNOWN: 4, CALIBRATED: 4, OFFSET: 4}
     assert all((spec.clock_offset_s != 0.0) == (spec.condition == OFFSET) for spec in specs)
 
 
 def test_conditions_go_on_from_one_folder_to_the_next(folder):
-    first, *_ = captured_specs(folder, judged=True, seed=1, first=1)
+    first, *_ = captured_specs(folder, held_out=True, seed=1, first=1)
     assert first.condition == CALIBRATED
 
 
 def test_judged_sessions_have_held_out_trackers_and_delays(folder):
-    judged = captured_specs(folder, judged=True, seed=1)
-    assert {name for spec in judged for name in spec.trackers} >= set(JUDGED_ON)
+    judged = captured_specs(folder, held_out=True, seed=1)
+    assert {name for spec in judged for name in spec.trackers} >= set(HELD_OUT_TRACKERS)
     assert {delay for spec in judged for delay in spec.delays_s} > {0.0}
-    tuned = captured_specs(folder, judged=False, seed=1)
-    assert {name for spec in tuned for name in spec.trackers} <= set(TUNED_ON)
+    tuned = captured_specs(folder, held_out=False, seed=1)
+    assert {name for spec in tuned for name in spec.trackers} <= set(TUNING_TRACKERS)
 
 
 def test_the_same_seed_gives_the_same_suite(folder):
-    assert captured_specs(folder, judged=True, seed=3) == captured_specs(
-        folder, judged=True, seed=3
+    assert captured_specs(folder, held_out=True, seed=3) == captured_specs(
+        folder, held_out=True, seed=3
     )
 
 
 def test_a_folder_without_clips_is_refused(tmp_path):
     with pytest.raises(InputError, match="holds no clips"):
-        captured_specs(tmp_path, judged=True, seed=1)
+        captured_specs(tmp_path, held_out=True, seed=1)
 
 
 def test_imu_sets_grow_from_none_to_all_segments():

@@ -75,7 +75,7 @@ def test_lag_counts_against_an_estimate(squats, monkeypatch):
 
 
 def test_agreement_with_a_vicon_is_about_the_mean_error_after_the_best_time_shift(squats):
-    truth = squats.judged_truth
+    truth = squats.evaluated_truth
     angles = dict(angle_series(truth).angles)
     angles["left_knee_flexion"] = angles["left_knee_flexion"] + np.radians(20.0)
     vicon = AngleSeries(stamps_ns=truth.stamps_ns, angles=angles)
@@ -88,7 +88,7 @@ def test_agreement_with_a_vicon_is_about_the_mean_error_after_the_best_time_shif
 
 
 def test_an_arm_overhead_whose_flexion_wraps_has_no_effect(squats):
-    stamps_ns = squats.judged_truth.stamps_ns
+    stamps_ns = squats.evaluated_truth.stamps_ns
     flexion = np.pi + 0.3 * np.sin(4.0 * np.arange(len(stamps_ns)) / 100.0)
 
     score = uiprmd._score(flexion - 2.0 * np.pi * (flexion > np.pi) + 0.1, flexion)

@@ -10,13 +10,13 @@ from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree, without_side
 from pose_core.body.shape import shape_of
-from pose_core.filter.camera import CameraFrame, add_camera, predict_view
+from pose_core.filter.camera import CameraFrame, add_camera_rows, predict_view
 from pose_core.filter.constants import make_constants
-from pose_core.filter.imu import NO_IMUS, ImuFrame, add_imus
+from pose_core.filter.imu import NO_IMUS, ImuFrame, add_imu_rows
 from pose_core.filter.interpolated import interpolate_published
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
-from pose_core.filter.posture import add_posture, turn_back
+from pose_core.filter.posture import add_posture_rows, turn_back
 from pose_core.filter.published import predict_published
 from pose_core.filter.rows import make_rows
 from pose_core.filter.sigma_points import linearise_joint
@@ -307,7 +307,7 @@ def test_derivatives_of_camera_rows_late_ones_to_first_order_in_the_turn(late_s,
 
     def add(at, rows):
         view = predict_view(CONSTANTS.camera, at, frame)
-        add_camera(CONSTANTS.camera, at, frame, view, rows)
+        add_camera_rows(CONSTANTS.camera, at, frame, view, rows)
 
     assert_slope(state, add, atol)
 
@@ -319,7 +319,7 @@ def test_derivatives_of_imu_rows_but_for_a_rate_by_the_heading():
     imus = imus_of(rng, state, pose_of(dof).rotations, links, noise=0.0)
 
     def add(at, rows):
-        add_imus(CONSTANTS.imu, at, imus, rows)
+        add_imu_rows(CONSTANTS.imu, at, imus, rows)
 
     headings = state.imu_column[list(links)] + 3
     assert_slope(state, add, 1e-8, np.setdiff1d(np.arange(len(state.P)), headings))
@@ -342,7 +342,7 @@ def test_derivatives_of_hinge_twist_and_spine_rows(angle):
     state, _ = random_state(np.random.default_rng(8), dof=np.zeros(MODEL.size))
     bend_hinges(state, angle)
     assert_slope(
-        state, lambda at, rows: add_posture(CONSTANTS.posture, at.pose.rotations, rows), 1e-8
+        state, lambda at, rows: add_posture_rows(CONSTANTS.posture, at.pose.rotations, rows), 1e-8
     )
 
 
@@ -382,7 +382,7 @@ def test_derivatives_of_a_hinges_plane_hold_out_of_the_plane_too():
     state, _ = random_state(np.random.default_rng(9))
 
     def add(at, rows):
-        add_posture(CONSTANTS.posture, at.pose.rotations, rows)
+        add_posture_rows(CONSTANTS.posture, at.pose.rotations, rows)
 
     H, exact = rows_of(state, add)[0], slope(state, add)
     np.testing.assert_allclose(H[:2], exact[:2], atol=1e-8)

@@ -231,4 +231,4 @@ def test_an_imu_that_falls_silent_is_named(is_heard, text, session):
     uses = {use.segment: use for use in pipeline.imu_uses}
     assert str(uses["left_shank"]).partition("; without")[1:] == text.partition("; without")[1:]
     assert not any("without" in str(use) for name, use in uses.items() if name != "left_shank")
-    assert uses["left_shank"].instants == uses["torso"].instants
+    assert uses["left_shank"].frames == uses["torso"].frames

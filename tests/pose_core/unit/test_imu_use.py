@@ -4,11 +4,11 @@ from pose_core.imu.imu_use import ImuUse
 
 
 def test_an_imu_that_was_used_until_it_was_contradicted_says_for_how_long():
-    use = ImuUse(segment="left_forearm", instants=200, used=190, contradictions=1)
+    use = ImuUse(segment="left_forearm", frames=200, frames_used=190, contradictions=1)
 
     assert str(use).startswith("left_forearm: not used, the cameras or its gyroscope contradict it")
     assert str(use).endswith("; before, it was used for 95 % of frames")
 
 
 def test_an_imu_that_never_took_part_was_never_used():
-    assert "used for" not in str(ImuUse(segment="torso", instants=200))
+    assert "used for" not in str(ImuUse(segment="torso", frames=200))

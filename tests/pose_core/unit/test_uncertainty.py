@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pose_core.body.model import load_body_model
-from pose_core.estimators.uncertainty import LIVE, coefficients_of
+from pose_core.estimators.uncertainty import FILTERED, coefficients_of
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
 from pose_core.kernels.output import published_variance
 from pose_core.kernels.published_state import make_dof_estimate
@@ -21,7 +21,7 @@ def variance(distance, velocity=0.0, weight_imu=0.0, blended=0.0):
         np.full(size, velocity),
         np.full(size, weight_imu),
         variance_scale(np.array([distance])),
-        coefficients_of(MODEL, LIVE),
+        coefficients_of(MODEL, FILTERED),
         out,
     )
     return out

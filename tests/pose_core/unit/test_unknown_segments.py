@@ -63,5 +63,5 @@ def test_an_imu_on_a_segment_unknown_to_the_model_is_reported_and_not_used():
     np.testing.assert_array_equal(angles, alone)
     assert np.abs(alone - run({})[1]).max() > np.radians(3.0)
     (tail,) = [use for use in runner.estimator.imu_uses if use.segment == "tail"]
-    assert tail.used == 0
+    assert tail.frames_used == 0
     assert "no link for this segment: wear it on, or name, another one" in str(tail)

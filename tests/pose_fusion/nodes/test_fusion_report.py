@@ -11,7 +11,7 @@ from pose_core.api import PeoplePipeline, PipelineParameters
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuSample, block_of
-from pose_core.streams.stamp_judge import StampJudge
+from pose_core.streams.stamp_check import StampCheck
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.sample_reader import COUNTS, SampleReader
 from pose_fusion.watching.cameras import UNDECIDED
@@ -34,7 +34,7 @@ def report_of(change_rate):
     pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
     for sample in merged(skeletons, imus):
         pipeline.add(sample if isinstance(sample, ImuSample) else [sample])
-    reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
+    reader = SampleReader(parameters.sensors, check=None, counters=Counters(*COUNTS))
     reporter = FusionReporter(pipeline, reader)
     reporter.check()
     return reporter.report((), {}, {})
@@ -66,10 +66,10 @@ def test_sources_excluded_for_one_reason_share_a_remark():
     _, _, skeletons, _ = moving_wearer(1.0)
     parameters = PipelineParameters()
     pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
-    judge = StampJudge()
+    check = StampCheck()
     for sample in skeletons:
-        judge.skeleton(sample, sample.stamp_ns + 60 * NS_PER_S, {})
-    reader = SampleReader(parameters.sensors, judge=judge, counters=Counters(*COUNTS))
+        check.skeleton(sample, sample.stamp_ns + 60 * NS_PER_S, {})
+    reader = SampleReader(parameters.sensors, check=check, counters=Counters(*COUNTS))
     reporter = FusionReporter(pipeline, reader)
     message = reporter.report((), {}, {}).message
     assert "left, right are not used: their stamps are 60.0 s behind their arrival" in message
@@ -78,7 +78,7 @@ def test_sources_excluded_for_one_reason_share_a_remark():
 def test_topics_with_as_many_publishers_share_a_remark():
     parameters = PipelineParameters()
     pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
-    reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
+    reader = SampleReader(parameters.sensors, check=None, counters=Counters(*COUNTS))
     reporter = FusionReporter(pipeline, reader)
     message = reporter.report((), {}, {}, {"a": 2, "b": 3, "c": 2}).message
     assert "2 publishers of a, c: started twice? Stop all but one; 3 publishers of b: " in message
@@ -90,7 +90,7 @@ def test_nobody_being_chosen_is_a_warning():
     pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
     for sample in skeletons:
         pipeline.add([sample])
-    reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
+    reader = SampleReader(parameters.sensors, check=None, counters=Counters(*COUNTS))
     reporter = FusionReporter(pipeline, reader)
     reporter.check()
     assert reporter.report((), {}, {}).level == Level.OK
@@ -109,7 +109,7 @@ def reporter_of(samples):
     pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
     for sample in samples:
         pipeline.add(sample if isinstance(sample, ImuSample) else [sample])
-    reader = SampleReader(parameters.sensors, judge=StampJudge(), counters=Counters(*COUNTS))
+    reader = SampleReader(parameters.sensors, check=StampCheck(), counters=Counters(*COUNTS))
     return FusionReporter(pipeline, reader), reader
 
 
@@ -125,7 +125,7 @@ def test_an_imu_without_orientation_or_plausible_stamps_is_not_called_silent():
     assert "no samples" not in message
     assert "have no orientation" in message
     for sample in 10 * list({sample.segment: sample for sample in imus}.values()):
-        reader.judge.imus(block_of(replace(sample, stamp_ns=0)), sample.stamp_ns, {})
+        reader.check.imus(block_of(replace(sample, stamp_ns=0)), sample.stamp_ns, {})
     reporter.check()
     message = reporter.report((), {}, {}).message
     assert "no samples" not in message

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pose_core.counters import Counters
-from pose_core.streams.stamp_judge import StampJudge
+from pose_core.streams.stamp_check import StampCheck
 from pose_fusion.sample_reader import COUNTS, SampleReader, read_imus
 from pose_io.message_maker import MessageMaker
 from pose_io.typestore import make_typestore
@@ -34,7 +34,7 @@ def test_messages_without_an_orientation_are_counted():
 
 
 def test_imus_whose_messages_all_lack_an_orientation_are_named():
-    reader = SampleReader(["left"], StampJudge(), Counters(*COUNTS))
+    reader = SampleReader(["left"], StampCheck(), Counters(*COUNTS))
     mute = imu(S, quaternion=np.zeros(4))
     reader.imus({"torso": [mute, imu(S)], "head": [mute]}, S, {})
     assert reader.oriented == {"torso": True, "head": False}
@@ -45,10 +45,10 @@ def test_imus_whose_messages_all_lack_an_orientation_are_named():
 def test_stamps_are_judged_in_the_order_of_arrival():
     counters = Counters(*COUNTS)
     datas = {"torso": [imu(S + 20 * MS), imu(S + 10 * MS), imu(S + 30 * MS)]}
-    judge = StampJudge()
-    block = SampleReader(["left"], judge, counters).imus(datas, S + 40 * MS, {})
+    check = StampCheck()
+    block = SampleReader(["left"], check, counters).imus(datas, S + 40 * MS, {})
     assert block.stamps_ns.tolist() == [S + 20 * MS, S + 30 * MS]
-    assert judge.counters["stamps_backwards"] == 1
+    assert check.counters["stamps_backwards"] == 1
     assert counters["imu_without_orientation"] == 0
     block = SampleReader(["left"], None, counters).imus(datas, S + 40 * MS, {})
     assert block.stamps_ns.tolist() == [S + 10 * MS, S + 20 * MS, S + 30 * MS]

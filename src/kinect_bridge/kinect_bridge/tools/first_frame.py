@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from pose_core.arrays import FloatArray
 from pose_core.errors import writing
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
-from pose_io.recordings.joint_maps import StateArray
+from pose_io.arrays import ByteArray
 from pose_io.recordings.recording import Recording, SensorStream
 
 COLOURS = {"left": "#0072b2", "right": "#d55e00", "": "#444444"}  # the person's sides
@@ -67,7 +67,7 @@ def _draw(axes: Axes, stream: SensorStream, view: tuple[str, int, int]) -> None:
     axes.grid(alpha=0.3)
 
 
-def _draw_person(axes: Axes, places: FloatArray, states: StateArray) -> None:
+def _draw_person(axes: Axes, places: FloatArray, states: ByteArray) -> None:
     """Draw bones in the colours of the sides, dashed if a joint is not TRACKED."""
     for start, end, side in BONES:
         ends = [JOINT_INDEX[start], JOINT_INDEX[end]]

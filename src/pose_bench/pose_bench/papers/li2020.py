@@ -114,6 +114,6 @@ def _scores(choreography: str, level: str, seed: int) -> dict[str, dict[str, tup
     sensors = session.extrinsics.sensors
     scores = {}
     for name, run in run_methods(session.samples, setups, sensors, session.extrinsics).items():
-        angles = score_method(name, run.series, session.judged_truth).angles
+        angles = score_method(name, run.series, session.evaluated_truth).angles
         scores[name] = {each: (angles[each].r, angles[each].rmse_deg) for each in ANGLES}
     return scores

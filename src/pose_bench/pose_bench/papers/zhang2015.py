@@ -61,7 +61,7 @@ def _errors(seed: int) -> dict[str, FloatArray]:
 
 def _limb_errors(series: SkeletonSeries, session: BenchSession, limb: str) -> list[float]:
     """RMS errors [°] of pitch and yaw, visible, then occluded."""
-    truth = session.judged_truth
+    truth = session.evaluated_truth
     stamps_ns, first, last = series.stamps_ns, truth.stamps_ns[0], truth.stamps_ns[-1]
     rows = np.flatnonzero((stamps_ns >= first) & (stamps_ns <= last))
     at = np.searchsorted(truth.stamps_ns, stamps_ns[rows])

@@ -225,7 +225,7 @@ class ReferenceFilter:
             v = view.velocity[end] - view.velocity[start]
             r = seen[end][0] - seen[start][0]
             weight = min(seen[start][1], seen[end][1])
-            weight *= 1.0 - max(view.hidden[start], view.hidden[end])
+            weight *= 1.0 - max(view.occlusion[start], view.occlusion[end])
             sums += weight * np.array([v @ v, delay_s * (v @ v) - DELAY_GAIN * v @ r])
         prior = constants.delay_prior
         delay_s = (sums[1] + prior * constants.known_delay_s) / (sums[0] + prior)

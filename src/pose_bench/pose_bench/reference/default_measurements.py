@@ -47,7 +47,7 @@ class PlainView:
     levers: FloatArray  # (joints, links, 3) [m]
     positions: FloatArray  # (joints, 3) [m]
     velocity: FloatArray  # (joints, 3) [m/s]
-    hidden: FloatArray  # (joints,) [-]
+    occlusion: FloatArray  # (joints,) [-]
 
     def heading(self) -> FloatArray:
         """The root's heading, (3, 3)."""
@@ -114,7 +114,7 @@ def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) 
         levers=levers,
         positions=positions,
         velocity=pose.velocity + np.cross(pose.rates, levers).sum(axis=1),
-        hidden=hidden(constants.capsules, positions, frame.camera),
+        occlusion=hidden(constants.capsules, positions, frame.camera),
     )
 
 
@@ -227,7 +227,7 @@ def joint_variance(
     """Variance of a joint's measurement in each direction [m²]."""
     variance = constants.variance + state.offset_variance[frame.sensor, joint]
     if has_other_source(constants, state, frame.sensor, joint):
-        variance += constants.occluded_variance * view.hidden[joint] ** 2
+        variance += constants.occluded_variance * view.occlusion[joint] ** 2
     if frame.tracking_state[joint] == 1:
         variance += constants.inferred_variance
     return float(variance)

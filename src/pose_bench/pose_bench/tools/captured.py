@@ -85,8 +85,8 @@ def chosen_specs(arguments: argparse.Namespace) -> list[CapturedSpec]:
     folders: Sequence[Path | None] = arguments.motion or [None]
     every: list[CapturedSpec] = []
     for folder in folders:
-        judged, seed = not arguments.tuning, arguments.seed
-        every += captured_specs(folder, judged=judged, seed=seed, first=len(every))
+        held_out, seed = not arguments.tuning, arguments.seed
+        every += captured_specs(folder, held_out=held_out, seed=seed, first=len(every))
     imu = ImuModel(disturbance=math.radians(arguments.disturbance))
     every = [replace(spec, imu=imu) for spec in every]
     if arguments.imu_sets:

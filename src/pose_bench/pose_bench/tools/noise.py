@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from rich.console import Console
 
-from pose_bench.sessions import JUDGED_FROM_S, BenchSession, SessionSpec, bench_session
+from pose_bench.sessions import EVALUATED_FROM_S, BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable
 from pose_bench.tools.showing import publish
 from pose_core.api import SkeletonSeries, series_from_samples
@@ -30,7 +30,7 @@ KNEES = tuple(f"{side}_knee_flexion" for side in SIDES)
 SHOULDERS = tuple(f"{side}_shoulder_abduction" for side in SIDES)
 ELBOWS = tuple(f"{side}_elbow_flexion" for side in SIDES)
 FACING, ASIDE = SENSORS
-MARCHING = (JUDGED_FROM_S, DURATION_S - 1.0)  # [s]
+MARCHING = (EVALUATED_FROM_S, DURATION_S - 1.0)  # [s]
 
 ANGLE_FIGURES = (
     ("side leg lift, jump: 6 leg angles", "leg_lift_jump", LEGS, FACING, "13.7°, r 0.78 [1]"),
@@ -88,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def angle_error(session: BenchSession, sensor: str, names: Sequence[str]) -> tuple[float, float]:
     """RMSE [deg] and Pearson's r of a sensor's angles, means over the angles."""
-    angles = score_method(sensor, _view(session, sensor), session.judged_truth).angles
+    angles = score_method(sensor, _view(session, sensor), session.evaluated_truth).angles
     scores = [angles[name] for name in names]
     return mean_known([each.rmse_deg for each in scores]), mean_known([each.r for each in scores])
 

@@ -46,7 +46,7 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
         sensors=session.extrinsics.sensors, use_imus=use_imus, output_rate=0.0
     )
     pipeline = Pipeline(parameters, session.extrinsics, is_live=True)
-    truth = session.judged_truth
+    truth = session.evaluated_truth
     stamps_ns = truth.stamps_ns.tolist()
     asked = list(_asked(session, pipeline, stamps_ns, use_imus))
     if not asked:

@@ -19,7 +19,7 @@ from pose_core.api import (
     Extrinsics,
     PeoplePipeline,
     PipelineParameters,
-    StampJudge,
+    StampCheck,
     make_urdf,
     warm_up,
 )
@@ -64,7 +64,7 @@ class LiveSession:
         self._typestore = make_typestore()
         self._bodies: dict[str, EstimateBytes] = {}
         self._counters = Counters(*COUNTS)
-        self._reader = SampleReader(SENSORS, StampJudge(), self._counters)
+        self._reader = SampleReader(SENSORS, StampCheck(), self._counters)
         self._reporter = FusionReporter(self.fusion, self._reader)
         self._calibration_readers = {sensor: SkeletonReader(sensor) for sensor in SENSORS}
         self._calibration_imus: dict[str, list[bytes]] = defaultdict(list)

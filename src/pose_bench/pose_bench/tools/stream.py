@@ -148,7 +148,9 @@ def measured(arguments: argparse.Namespace) -> Iterator[tuple[str, StreamQuality
     has_others = arguments.recording or arguments.bag
     folders: Sequence[Path | None] = arguments.motion or ([] if has_others else [None])
     for folder in folders:
-        for spec in captured_specs(folder, judged=True, seed=arguments.seed)[: arguments.sessions]:
+        for spec in captured_specs(folder, held_out=True, seed=arguments.seed)[
+            : arguments.sessions
+        ]:
             session = make_captured_session(spec)
             extrinsics = true_extrinsics(session)
             for imus in (False, True):

@@ -180,7 +180,8 @@ class ExtrinsicsCalibrator:
                 f"'{pair.partner}' and '{name}' disagree even after calibration: median "
                 f"{pair.median:.3f} m, {pair.all_inlier_share:.0%} inliers; expected at most "
                 f"{limits.median_residual:.3f} m and at least {LEAST_INLIERS:.0%}: let both "
-                "see the same single person, and check that their clocks agree"
+                "see the same single person, check that their clocks agree, and that neither was "
+                "moved meanwhile"
             )
         if pair.rotation_stddev > limits.rotation_stddev:
             raise CalibrationError(

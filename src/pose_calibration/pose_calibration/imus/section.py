@@ -119,5 +119,5 @@ def _alignment(where: str, entry: Any) -> SensorToSegment:
     return SensorToSegment(
         R_sensor_segment=R_sensor_segment,
         stddev=np.radians(stddev),
-        residual=np.radians(residual) if isinstance(residual, float) else np.nan,
+        residual=np.radians(residual) if isinstance(residual, (int, float)) else np.nan,
     )

@@ -171,7 +171,7 @@ def load_body_model(name: str) -> BodyModel:
     is_path = name.endswith((".yaml", ".yml"))
     bundled = resources.files("pose_core.body") / "body_models" / f"{name}.yaml"
     try:
-        text = (Path(name).expanduser() if is_path else bundled).read_text()
+        text = (Path(name).expanduser() if is_path else bundled).read_text("utf-8")
     except OSError as error:
         raise InputError(
             f"found no body model '{name}': expected one of {', '.join(available_models())}, "

@@ -21,6 +21,7 @@ from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.facing_check import FacingCheck
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.imu_alignments import ImuAlignments
+from pose_core.filter.restart_cause import RestartCause
 from pose_core.filter.start_frames import StartFrames
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
@@ -48,11 +49,7 @@ class DefaultEstimator(StepwiseEstimator):
 
     COUNTERS: ClassVar[tuple[str, ...]] = (
         "filter_starts",
-        "filter_restarts_gap",
-        "filter_restarts_strayed",
-        "filter_restarts_backwards",
-        "filter_restarts_crossed",
-        "filter_restarts_numerical",
+        *(cause.value for cause in RestartCause),
         "frames_without_trunk",
         "frames_too_late",
         "frames_late_but_used",
@@ -136,7 +133,9 @@ class DefaultEstimator(StepwiseEstimator):
         result = self._update_filter(observation, late_s, information)
         if result is None:
             return None
-        if self._has_diverged(observation, result) and not self._start(observation, "strayed"):
+        if self._has_diverged(observation, result) and not self._start(
+            observation, RestartCause.DIVERGED
+        ):
             return None
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")
@@ -200,8 +199,10 @@ class DefaultEstimator(StepwiseEstimator):
             return False
         is_apart = ahead_s >= self.parameters.forget_after
         has_imus = len(observation.imus) > 0 and self._has_aligned
-        if ahead_s <= -JUMP_BACK_S or (is_apart and not has_imus):
-            return self._start(observation, "gap")
+        if ahead_s <= -JUMP_BACK_S:
+            return self._start(observation, RestartCause.TIME_JUMP)
+        if is_apart and not has_imus:
+            return self._start(observation, RestartCause.GAP)
         if ahead_s > 0.0:
             self._filter.predict(ahead_s)
             self._stamp_ns = observation.stamp_ns
@@ -212,8 +213,8 @@ class DefaultEstimator(StepwiseEstimator):
         """Whether at least one IMU is aligned."""
         return any(use.is_aligned for use in self.imu_uses)
 
-    def _start(self, observation: Observation, fault: str = "") -> bool:
-        """Start the filter where the cameras see the person, because of a fault if it restarts.
+    def _start(self, observation: Observation, cause: RestartCause | None = None) -> bool:
+        """Start the filter where the cameras see the person; with a cause if it restarts.
 
         Returns:
             Whether it started: without the trunk, or other cameras' first frames, it waits.
@@ -221,16 +222,18 @@ class DefaultEstimator(StepwiseEstimator):
         joints, waits = self._start_frames.choose(observation.stamp_ns)
         if joints is None:
             joints = nan_mean(observation.positions)
-        return not waits and self._start_at(observation, joints, fault)
+        return not waits and self._start_at(observation, joints, cause)
 
-    def _start_at(self, observation: Observation, joints: FloatArray, fault: str) -> bool:
+    def _start_at(
+        self, observation: Observation, joints: FloatArray, cause: RestartCause | None
+    ) -> bool:
         """Start the filter at joints, (15, 3) [m]; False if the trunk is not among them."""
         if not self._filter.start(joints):
             self.counters.add("frames_without_trunk")
             return False
         self.counters.add("filter_starts")
-        if fault:
-            self.counters.add(f"filter_restarts_{fault}")
+        if cause:
+            self.counters.add(cause.value)
         self._alignments.restart()
         self._facing.restart()
         self._crossed.restart()
@@ -248,7 +251,7 @@ class DefaultEstimator(StepwiseEstimator):
         if not is_late:
             aligned = self._alignments.frame(imus)
             if not self._filter.update_with_imus(aligned, information[1]):
-                self.counters.add("filter_restarts_numerical")
+                self.counters.add(RestartCause.NUMERICAL.value)
                 return None
             self._information[1] = information[1]
         result = StepResult(True, 0, float("nan"), float("nan"))
@@ -256,13 +259,13 @@ class DefaultEstimator(StepwiseEstimator):
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
             if not any(joints) or not self._uses_cameras():
                 continue
-            frame, fault = self._frame(observation, sensor, late_s)
-            if fault and self._start_at(observation, nan_mean(observation.positions), fault):
+            frame, cause = self._frame(observation, sensor, late_s)
+            if cause and self._start_at(observation, nan_mean(observation.positions), cause):
                 self._alignments.restart(discard=True)
                 return result
             result = self._filter.update_with_frame(frame, information[0])
             if not result.is_finite:
-                self.counters.add("filter_restarts_numerical")
+                self.counters.add(RestartCause.NUMERICAL.value)
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
             self._information[0] = information[0]
@@ -276,8 +279,8 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _frame(
         self, observation: Observation, sensor: int, late_s: float
-    ) -> tuple[CameraFrame, str]:
-        """One camera's frame with its swaps corrected; what is wrong with the state, or nothing."""
+    ) -> tuple[CameraFrame, RestartCause | None]:
+        """One camera's frame with its swaps corrected; what is wrong with the state, or None."""
         assert self._filter.state is not None
         measured = CameraFrame(
             sensor,
@@ -292,8 +295,8 @@ class DefaultEstimator(StepwiseEstimator):
         passed_s = min(state.silent_s[sensor], LONGEST_GAP_S) / len(state.silent_s)
         is_crossed = self._crossed.is_crossed(measured, swaps, passed_s)
         if self._facing.faces_backwards(measured, state.pose.rotations[0], passed_s):
-            return frame, "backwards"
-        return frame, "crossed" if is_crossed else ""
+            return frame, RestartCause.BACKWARDS
+        return frame, RestartCause.CROSSED if is_crossed else None
 
     def _uses_cameras(self) -> bool:
         """Whether the filter uses the cameras' frames."""

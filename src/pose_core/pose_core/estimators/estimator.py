@@ -11,7 +11,7 @@ from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import EstimatedPose, TimedPose
 from pose_core.estimators.parameters import PipelineParameters
-from pose_core.estimators.uncertainty import LIVE, VarianceCalibrations
+from pose_core.estimators.uncertainty import FILTERED, VarianceCalibrations
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
@@ -37,7 +37,7 @@ class Estimator(ABC):
     """Whether it uses later samples, which is possible only for recordings."""
     CAN_PREDICT: ClassVar[bool] = False
     """Whether :meth:`predicted` can predict the pose to instants without observation."""
-    VARIANCE_CALIBRATION: ClassVar[VarianceCalibrations] = LIVE
+    VARIANCE_CALIBRATION: ClassVar[VarianceCalibrations] = FILTERED
     """Calibration of the variances, if its poses are filter states."""
     USES_IMUS: ClassVar[bool] = False
     """Whether it uses IMU samples."""

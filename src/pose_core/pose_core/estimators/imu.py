@@ -37,7 +37,7 @@ class ImuEstimator(DefaultEstimator):
 
     def _uses_cameras(self) -> bool:
         """Use the cameras until every IMU is aligned or its time is over, or if none is left."""
-        uses = [use for use in self.imu_uses if use.is_known]
+        uses = [use for use in self.imu_uses if use.has_link]
         aligned = [use.aligned_ns for use in uses if use.is_aligned and use.aligned_ns is not None]
         if not aligned:  # or none any more, because the IMUs restarted
             self._is_alone = False

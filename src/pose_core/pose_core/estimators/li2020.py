@@ -15,6 +15,7 @@ from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose, pose_by_cameras
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import PipelineParameters
+from pose_core.filter.restart_cause import RestartCause
 from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.stamps import NS_PER_S
@@ -28,9 +29,10 @@ class Li2020Estimator(StepwiseEstimator):
     COUNTERS = (
         "frames_without_trunk",
         "filter_starts",
-        "filter_restarts_gap",
-        "filter_restarts_strayed",
-        "filter_restarts_numerical",
+        RestartCause.GAP.value,
+        RestartCause.TIME_JUMP.value,
+        RestartCause.DIVERGED.value,
+        RestartCause.NUMERICAL.value,
     )
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
@@ -70,20 +72,23 @@ class Li2020Estimator(StepwiseEstimator):
             return self._start(stamp_ns, measured)
         dt_ns = stamp_ns - self._last_ns
         if not 0 < dt_ns <= self.parameters.restart_after * NS_PER_S:
-            return self._start(stamp_ns, measured, "gap")
+            cause = RestartCause.GAP if dt_ns > 0 else RestartCause.TIME_JUMP
+            return self._start(stamp_ns, measured, cause)
         try:
             innovation = self._filter.step(dt_ns / NS_PER_S, measured)
         except np.linalg.LinAlgError:
-            return self._start(stamp_ns, measured, "numerical")
+            return self._start(stamp_ns, measured, RestartCause.NUMERICAL)
         self._last_ns = stamp_ns
         if self._has_diverged(stamp_ns, innovation):
-            return self._start(stamp_ns, measured, "strayed")
+            return self._start(stamp_ns, measured, RestartCause.DIVERGED)
         return True
 
-    def _start(self, stamp_ns: int, measured: FloatArray, fault: str = "") -> bool:
-        """Start the filter, because of a fault if it restarts; False without the trunk."""
-        if fault:
-            self.counters.add(f"filter_restarts_{fault}")
+    def _start(
+        self, stamp_ns: int, measured: FloatArray, cause: RestartCause | None = None
+    ) -> bool:
+        """Start the filter, with a cause if it restarts; False without the trunk."""
+        if cause:
+            self.counters.add(cause.value)
         self._last_ns = self._diverged_since_ns = self._root_vector = None
         if not self._filter.start(nan_mean(measured)):
             self.counters.add("frames_without_trunk")

@@ -31,7 +31,7 @@ class VarianceCalibrations:
     with_imu: dict[str, Coefficients]
 
 
-LIVE = VarianceCalibrations(
+FILTERED = VarianceCalibrations(
     kinect={
         "hip_flexion": (0.7, 0.016, 3.5),
         "hip": (0.7, 0.016, 1.5),

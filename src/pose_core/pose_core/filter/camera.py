@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.depth_errors import add_depth_error
-from pose_core.filter.occlusion import Capsules, hidden
+from pose_core.filter.occlusion import Capsules, fill_occlusion
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import FilterState, another_camera_sends
@@ -63,11 +63,11 @@ class PredictedView(NamedTuple):
     levers: FloatArray  # (joints, links, 3) [m] lever arm of each link to each joint, in map
     velocity: FloatArray  # (joints, 3) [m/s]
     rotations: FloatArray  # (links, 3, 3) R_map_link at the time of capture
-    hidden: FloatArray  # (joints,) [-] degree of self-occlusion, 0 to 1
+    occlusion: FloatArray  # (joints,) [-] degree of self-occlusion, 0 to 1
 
 
 @compiled_in_place
-def is_tracked(frame: CameraFrame, joint: int) -> bool:
+def is_measured(frame: CameraFrame, joint: int) -> bool:
     """Whether a frame measures a joint."""
     if frame.tracking_state[joint] == NOT_TRACKED:
         return False
@@ -86,14 +86,14 @@ def predict_view(
     position = pose.position - frame.late_s * pose.velocity
     levers, positions = np.zeros((joints, links, 3)), np.empty((joints, 3))
     compute_joints(constants.body, position, rotations, pose.slides, levers, positions)
-    velocity, covered = np.empty((joints, 3)), np.empty(joints)
+    velocity, occlusion = np.empty((joints, 3)), np.empty(joints)
     compute_joint_velocities(constants.body, levers, pose.velocity, pose.rates, velocity)
-    hidden(constants.capsules, positions, frame.camera, covered)
-    return PredictedView(positions, levers, velocity, rotations, covered)
+    fill_occlusion(constants.capsules, positions, frame.camera, occlusion)
+    return PredictedView(positions, levers, velocity, rotations, occlusion)
 
 
 @compiled
-def add_camera(
+def add_camera_rows(
     constants: CameraConstants,
     state: FilterState,
     frame: CameraFrame,
@@ -102,18 +102,18 @@ def add_camera(
 ) -> None:
     """Add the measurement rows of all joints in a frame."""
     layout = state.layout
-    c, s = heading_of(view.rotations[0])
+    c, s = heading_cosine_sine(view.rotations[0])
     shift = np.empty(3)
     for joint in range(len(frame.positions)):
-        if not is_tracked(frame, joint):
+        if not is_measured(frame, joint):
             continue
         group = add_group(rows, 3, constants.student_dof, joint)
         first = rows.first[group]
         H, residual = rows.H[first : first + 3], rows.residual[first : first + 3]
         joint_jacobian(constants.body, joint, view.rotations, layout.first_slide, H)
         has_other = has_other_source(constants.body, state, frame.sensor, joint)
-        covered = view.hidden[joint] if has_other else 0.0
-        variance = joint_variance(constants, frame, joint, covered)
+        occlusion = view.occlusion[joint] if has_other else 0.0
+        variance = joint_variance(constants, frame, joint, occlusion)
         variance += state.offset_variance[frame.sensor, joint]
         for axis in range(3):
             rows.noise[group, axis, axis] = variance
@@ -158,7 +158,7 @@ def has_other_source(body: BodyArrays, state: FilterState, sensor: int, joint: i
 
 
 @compiled_in_place
-def heading_of(R_map_root: FloatArray) -> tuple[float, float]:
+def heading_cosine_sine(R_map_root: FloatArray) -> tuple[float, float]:
     """Cosine and sine of the root's heading."""
     x, y = R_map_root[0, 0], R_map_root[1, 0]
     length = max(np.sqrt(x * x + y * y), 1e-9)
@@ -167,10 +167,10 @@ def heading_of(R_map_root: FloatArray) -> tuple[float, float]:
 
 @compiled_in_place
 def joint_variance(
-    constants: CameraConstants, frame: CameraFrame, joint: int, covered: float
+    constants: CameraConstants, frame: CameraFrame, joint: int, occlusion: float
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
-    variance = constants.variance + constants.occluded_variance * covered**2
+    variance = constants.variance + constants.occluded_variance * occlusion**2
     if frame.tracking_state[joint] == INFERRED:
         variance += constants.inferred_variance
     return variance

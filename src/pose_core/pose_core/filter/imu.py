@@ -55,7 +55,7 @@ NO_IMUS = ImuFrame(
 
 
 @compiled
-def add_imus(constants: ImuConstants, state: FilterState, imus: ImuFrame, rows: Rows) -> None:
+def add_imu_rows(constants: ImuConstants, state: FilterState, imus: ImuFrame, rows: Rows) -> None:
     """Add three rows for the orientation and three for the rate of each IMU."""
     Q, residual = np.empty((3, 3)), np.empty(6)
     for row in range(len(imus.links)):

@@ -25,14 +25,14 @@ SOLVE_PERIOD_NS = NS_PER_S // 2
 CONTRADICTED_S = 0.5  # [s] of contradiction by the cameras after which an IMU is realigned
 LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
-LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] a longer gap may be such a restart
+LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
 LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
 COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
 SYSTEMATIC_STDDEV = np.radians([3.3, 3.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
 noise; as measured on captured motion (docs/imus.md)."""
 WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return
-MAX_HEADING_DEVIATION = 0.6  # [rad] largest deviation of their headings from the mean
+MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean
 
 
 class ImuAlignments:
@@ -57,7 +57,7 @@ class ImuAlignments:
     def uses(self) -> tuple[ImuUse, ...]:
         """State of each IMU with samples, sorted by segment."""
         for worn in self._imus:
-            worn.use.instants = self._instants
+            worn.use.frames = self._instants
         return tuple(worn.use for worn in self._imus)
 
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
@@ -105,7 +105,7 @@ class ImuAlignments:
             if self._has_slipped(worn, imus):
                 worn.slips = imus.slips[worn.use.segment]
                 self._forget(worn, state)
-            worn.use.used += worn.use.is_aligned
+            worn.use.frames_used += worn.use.is_aligned
             worn.knows_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
             worn.last_ns = stamp_ns
@@ -190,7 +190,7 @@ class ImuAlignments:
         for worn in self._imus:
             if worn.worn_on in exchanged:
                 there = exchanged[worn.worn_on]
-                if worn.use.is_known:
+                if worn.use.has_link:
                     self._set_aside(worn, state)
                 self._forget_known(worn)
                 self._imus.wear(worn.use.segment, there)
@@ -204,8 +204,10 @@ class ImuAlignments:
             if not worn.use.is_aligned:
                 known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
                 found = worn.alignment.solve(known, self._north(worn, state))
-                worn.use.is_unlike = worn.alignment.is_unlike
-                if worn.use.is_unlike and known is not None:  # it has been strapped on anew since
+                worn.use.does_not_fit = worn.alignment.does_not_fit
+                if (
+                    worn.use.does_not_fit and known is not None
+                ):  # it has been strapped on anew since
                     worn.use.contradictions += 1
                     self._forget_known(worn)
                 if found is None:
@@ -266,7 +268,7 @@ class ImuAlignments:
             return None
         mean = np.angle(np.exp(1j * np.array(others)).sum())
         apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
-        return float(mean) if np.median(apart) < MAX_HEADING_DEVIATION else None
+        return float(mean) if np.median(apart) < MAX_MEDIAN_DEVIATION else None
 
     def _is_contradicted(self, worn: WornImu, state: FilterState) -> bool:
         """Whether the cameras contradict an IMU, and not an aligned one on the parent link."""

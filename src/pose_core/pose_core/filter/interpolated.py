@@ -67,7 +67,7 @@ def interpolate_published(
         for link in range(count):
             turn[:] = s * turns[link]
             if state.has_imu[link]:
-                follow_rates(
+                hermite_rotation_vector(
                     before.rates[link], after.rates[link], turns[link], interval_s, s, turn
                 )
             rotate_left(turn[0], turn[1], turn[2], rotations[link])
@@ -78,7 +78,7 @@ def interpolate_published(
 
 
 @compiled_in_place
-def follow_rates(
+def hermite_rotation_vector(
     first: FloatArray,
     second: FloatArray,
     whole: FloatArray,

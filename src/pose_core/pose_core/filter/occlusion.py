@@ -66,7 +66,9 @@ def _own_parts(joint: str) -> set[str]:
 
 
 @compiled
-def hidden(capsules: Capsules, joints: FloatArray, camera: FloatArray, out: FloatArray) -> None:
+def fill_occlusion(
+    capsules: Capsules, joints: FloatArray, camera: FloatArray, out: FloatArray
+) -> None:
     """Compute the degree of occlusion of each joint.
 
     Args:

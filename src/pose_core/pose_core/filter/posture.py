@@ -42,13 +42,13 @@ class PostureConstants(NamedTuple):
 
 @compiled_in_place
 def most_posture_rows(constants: PostureConstants) -> int:
-    """Upper bound of the number of rows that :func:`add_posture` adds."""
+    """Upper bound of the number of rows that :func:`add_posture_rows` adds."""
     spine = 3 * len(constants.spine_links)
     return 2 * len(constants.hinges.links) + len(constants.twist_links) + spine
 
 
 @compiled
-def add_posture(constants: PostureConstants, rotations: FloatArray, rows: Rows) -> None:
+def add_posture_rows(constants: PostureConstants, rotations: FloatArray, rows: Rows) -> None:
     """Add the rows of the prior, for rotations ``R_map_link``, (links, 3, 3)."""
     relative, turn = np.empty((3, 3)), np.empty(3)
     for hinge in range(len(constants.hinges.links)):

@@ -15,6 +15,7 @@ from pose_core.kernels.rotations import rotate_left, rotate_right
 IMU_STATES = 4  # mounting (3) and heading (1)
 NO_COLUMN = -1
 CAMERA_TIMEOUT_S = 0.15  # [s] after its last frame, a camera is ignored
+SILENT_AT_START_S = 10.0  # [s] of a camera that has not sent any frame
 
 
 class Pose(NamedTuple):
@@ -108,7 +109,7 @@ def start_state(
         offset=np.zeros((sensors, joints, 3)),
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
         nis=np.zeros((sensors, joints)),
-        silent_s=np.full(sensors, 10.0),
+        silent_s=np.full(sensors, SILENT_AT_START_S),
         contradicted_s=np.zeros(links),
         waist_mean=np.zeros(2),
         waist_s=np.zeros(1),

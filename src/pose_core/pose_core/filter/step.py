@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.filter.camera import CameraFrame, add_camera, predict_view
+from pose_core.filter.camera import CameraFrame, add_camera_rows, predict_view
 from pose_core.filter.constants import FilterConstants
-from pose_core.filter.imu import ImuFrame, add_imus
+from pose_core.filter.imu import ImuFrame, add_imu_rows
 from pose_core.filter.layout import rotation_column
-from pose_core.filter.posture import add_posture, most_posture_rows, turn_back
+from pose_core.filter.posture import add_posture_rows, most_posture_rows, turn_back
 from pose_core.filter.rows import Rows, make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.state import FilterState
@@ -57,7 +57,7 @@ def update_with_imus(
     if count == 0:
         return True
     rows = make_rows(6 * count, 2 * count, len(state.P))
-    add_imus(constants.imu, state, imus, rows)
+    add_imu_rows(constants.imu, state, imus, rows)
     update = robust_update(constants.imu_update, state, rows)
     if not update.is_finite:
         return False
@@ -90,9 +90,9 @@ def update_with_frame(
     columns = layout.body_size if frame.late_s > 0.0 else layout.first_rate
     rows = make_rows(3 * joints + posture_rows, joints + posture_rows, columns)
     view = predict_view(constants.camera, state, frame)
-    add_camera(constants.camera, state, frame, view, rows)
+    add_camera_rows(constants.camera, state, frame, view, rows)
     joint_groups = rows.filled[1]
-    add_posture(constants.posture, state.pose.rotations, rows)
+    add_posture_rows(constants.posture, state.pose.rotations, rows)
     update = robust_update(constants.frame_update, state, rows)
     if not update.is_finite:
         return False, 0, np.nan, np.nan

@@ -1,4 +1,8 @@
-"""Tuning parameters of the default filter; docs/algorithm.md describes how they were chosen."""
+"""Tuning parameters of the default filter.
+
+docs/accuracy/README.md names the data on which they were chosen, and
+docs/decisions/tried_without_gain.md the alternatives.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -54,9 +58,7 @@ class CameraNoise:
     offset_stddev: float = 0.012  # [m] of a view's slowly varying offset of a joint
     offset_memory: float = 3.6  # [s]
     shared_offset_stddev: float = 0.012  # [m] of a joint's offset that all views share
-    delay_prior: float = (
-        10.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
-    )
+    delay_prior: float = 10.0  # [m²/s²] weight of the known delay, as a sum of squared speeds
     delay_memory: float = 30.0  # [s]
     nis_memory: float = 0.05  # [s] over which the NIS is smoothed, for finding contradicted links
 

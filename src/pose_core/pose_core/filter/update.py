@@ -29,7 +29,7 @@ from pose_core.filter.rows import NORMAL, Rows
 from pose_core.filter.state import FilterState, inject_error
 from pose_core.kernels.cholesky import factorise, solve_lower, solve_vector
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.small_matrices import inverse, mirror, quadratic_form, symmetric
+from pose_core.kernels.small_matrices import inverse, quadratic_form, symmetric
 
 BLOCK = 32  # rows of P that are computed together
 
@@ -190,3 +190,11 @@ def subtract_rows(P: FloatArray, first: int, block: FloatArray) -> None:
         row, values = P[first + i, first:], block[i]
         for k in range(len(values)):
             row[k] -= values[k]
+
+
+@compiled_in_place
+def mirror(A: FloatArray) -> None:
+    """Copy the upper triangle of a square matrix to the lower one."""
+    for i in range(len(A)):
+        for j in range(i):
+            A[i, j] = A[j, i]

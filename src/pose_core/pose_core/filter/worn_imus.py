@@ -56,7 +56,7 @@ class WornImus:
             if len(self._with_link) == MOST_SETS:
                 self._with_link.clear()
             imus = [self._imus.setdefault(name, self._make(name)) for name in segments]
-            found = [(row, imu) for row, imu in enumerate(imus) if imu.use.is_known]
+            found = [(row, imu) for row, imu in enumerate(imus) if imu.use.has_link]
             self._with_link[segments] = found
         return found
 
@@ -72,7 +72,7 @@ class WornImus:
         if segment in self._imus:
             imu, there = self._imus[segment], self._make(segment)
             imu.link, imu.alignment = there.link, there.alignment
-            imu.use.worn_on, imu.use.is_known = there.use.worn_on, there.use.is_known
+            imu.use.worn_on, imu.use.has_link = there.use.worn_on, there.use.has_link
             self._with_link.clear()
 
     def _make(self, segment: str) -> WornImu:
@@ -80,7 +80,7 @@ class WornImus:
         name = self._model.segments.get(worn_on or segment)
         return WornImu(
             link=NO_COLUMN if name is None else self._model.link_index[name],
-            use=ImuUse(segment=segment, is_known=name is not None, worn_on=worn_on),
+            use=ImuUse(segment=segment, has_link=name is not None, worn_on=worn_on),
             alignment=SegmentAlignment(
                 is_arm=name is not None and name.endswith("arm"),
                 bend=self._spine_bend.get(name or "", 0.0),

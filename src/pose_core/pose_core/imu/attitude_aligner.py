@@ -39,7 +39,7 @@ class AttitudeAligner:
     def uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples."""
         for use in self._uses.values():
-            use.instants = self._instants
+            use.frames = self._instants
         return tuple(self._uses[name] for name in sorted(self._uses))
 
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
@@ -61,7 +61,7 @@ class AttitudeAligner:
         for row, segment in enumerate(imus.segments):
             use = self._uses.setdefault(segment, ImuUse(segment=segment))
             link = self._model.segments.get(segment)
-            use.is_known = link is not None
+            use.has_link = link is not None
             if link is None:
                 continue
             R = R_map_links[self._model.link_index[link]]
@@ -90,7 +90,7 @@ class AttitudeAligner:
         for row, segment in enumerate(imus.segments):
             found = self._found.get(segment)
             if found is not None:
-                self._uses[segment].used += 1
+                self._uses[segment].frames_used += 1
                 R_z = np.empty((3, 3))
                 exponential(0.0, 0.0, found.heading, R_z)
                 attitudes[segment] = R_z @ imus.R_world_sensor[row] @ found.R_sensor_link

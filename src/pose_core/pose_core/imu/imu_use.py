@@ -14,14 +14,14 @@ class ImuUse:
     segment: str
     is_aligned: bool = False
     aligned_ns: int | None = None  # [ns] stamp since which it is used
-    instants: int = 0  # frames, also those without a sample of it
-    used: int = 0
+    frames: int = 0  # also those without a sample of it
+    frames_used: int = 0
     contradictions: int = 0  # times that the cameras contradicted it and it was aligned again
     tilt_stddev: float = float("nan")  # [rad] of the mounting, about the axes across the link
     turn_stddev: float = float("nan")  # [rad] of the mounting about the link's own axis
     heading_stddev: float = float("nan")  # [rad]
-    is_known: bool = True  # whether the body model has a link for the segment
-    is_unlike: bool = False  # whether its motion does not fit its segment
+    has_link: bool = True  # whether the body model has a link for the segment
+    does_not_fit: bool = False  # whether its motion does not fit its segment
     worn_on: str = ""  # the segment on which it is worn and used, if not its own
     refused: str = ""  # why the estimator cannot use it at all, and what to do
     remark: str = ""  # what is wrong with its samples, what is used instead, and its silences
@@ -36,11 +36,11 @@ class ImuUse:
         """Why it is not used, and what to do; empty if it is."""
         if self.refused:
             return self.refused
-        if not self.is_known:
+        if not self.has_link:
             return "the body model has no link for this segment: wear it on, or name, another one"
         if self.is_aligned:
             return ""
-        if self.is_unlike:
+        if self.does_not_fit:
             return (
                 "its motion does not fit this segment as the cameras see it: is it worn there, "
                 "and is its clock right?"
@@ -55,9 +55,9 @@ class ImuUse:
 
     @property
     def _use(self) -> str:
-        share = f"used for {100.0 * self.used / max(self.instants, 1):.0f} % of frames"
+        share = f"used for {100.0 * self.frames_used / max(self.frames, 1):.0f} % of frames"
         if self.reason:
-            before = f"; before, it was {share}" if self.used else ""
+            before = f"; before, it was {share}" if self.frames_used else ""
             return f"{self.segment}: not used, {self.reason}{before}"
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
         anew = f"; aligned anew {self.contradictions} times: see its strap, and magnets"

@@ -77,7 +77,7 @@ class SegmentAlignment:
         self._most_misfit = MOST_ARM_MISFIT if is_arm else MOST_MISFIT
         self._sums: FloatArray = np.zeros((3, 3, 3))
         self._total: FloatArray = np.zeros(2)  # weights, and durations of the axes, 3 s a second
-        self.is_unlike = False  # whether even the best solution does not fit
+        self.does_not_fit = False  # whether even the best solution does not fit
 
     def clear(self) -> None:
         """Discard all observations."""
@@ -135,7 +135,7 @@ class SegmentAlignment:
         fitted = np.sum(found.R_sensor_link * _cost_matrix(self._sums, found.heading))
         fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= self._most_misfit
         is_settled = bool(self._total[1] > 3.0 * JUDGED_S)
-        self.is_unlike = bool(not fits and is_settled)
+        self.does_not_fit = bool(not fits and is_settled)
         is_sure = fits and (
             found.gap > (LEAST_SETTLED_GAP if is_settled else LEAST_GAP)
             and stddev[3] < MOST_HEADING_STDDEV

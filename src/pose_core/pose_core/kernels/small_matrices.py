@@ -6,14 +6,6 @@ from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_in_place
 
 
-@compiled_in_place
-def mirror(A: FloatArray) -> None:
-    """Copy the upper triangle of a square matrix to the lower one."""
-    for i in range(len(A)):
-        for j in range(i):
-            A[i, j] = A[j, i]
-
-
 class Symmetric(NamedTuple):
     """A symmetric (3, 3) matrix as scalars, so that they stay in registers."""
 

@@ -21,7 +21,7 @@ from pose_core.api import (
     BodyShape,
     EstimateBlock,
     PeoplePipeline,
-    StampJudge,
+    StampCheck,
     estimator_class,
     extrinsics_from_map,
     has_output_rate,
@@ -135,8 +135,8 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
     def _make_pipeline(self) -> None:
         parameters = replace(self.settings, person=self._person)
         self.pipeline = PeoplePipeline(parameters, self._publish, is_live=True)
-        judge = StampJudge() if has_output_rate(self.settings) else None
-        self._reader = SampleReader(self.settings.sensors, judge, self._counters)
+        check = StampCheck() if has_output_rate(self.settings) else None
+        self._reader = SampleReader(self.settings.sensors, check, self._counters)
         self._reporter = FusionReporter(self.pipeline, self._reader)
 
     def _load_files(self) -> None:

@@ -16,7 +16,7 @@ class FusionReporter:
     def __init__(self, pipeline: PeoplePipeline, reader: SampleReader) -> None:
         self._pipeline = pipeline
         self._reader = reader
-        self._judge, self._watch = reader.judge, reader.watch
+        self._stamp_check, self._watch = reader.check, reader.watch
         self._estimates = 0  # at the last check
         self._missed = 0  # checks in a row without new estimates
         self._named: set[str] = set()
@@ -107,7 +107,7 @@ class FusionReporter:
     @property
     def excluded(self) -> Mapping[str, str]:
         """Sources whose stamps are implausible, and why."""
-        return self._judge.set_aside if self._judge is not None else {}
+        return self._stamp_check.set_aside if self._stamp_check is not None else {}
 
     def _remarks(
         self,
@@ -192,12 +192,12 @@ class FusionReporter:
 
     def _clocks(self) -> dict[str, object]:
         """Excluded sources, and corrections of clocks that have jumped."""
-        if self._judge is None:
+        if self._stamp_check is None:
             return {}
         set_aside = "; ".join(f"{source}: {why}" for source, why in self.excluded.items())
-        corrected = self._judge.offsets_s.items()
+        corrected = self._stamp_check.offsets_s.items()
         return {
             "sources_set_aside": set_aside or "none",
             **{f"clock_leapt_s/{source}": f"{-offset_s:.3f}" for source, offset_s in corrected},
-            **self._judge.counters.as_dict(),
+            **self._stamp_check.counters.as_dict(),
         }

@@ -3,7 +3,6 @@
 import time
 from collections import deque
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from operator import attrgetter
@@ -143,8 +142,7 @@ class GraphListener(Node):
             self._statuses[status.name] = to_node_status(status, time.time_ns())
 
     def _on_tf_static(self, _topic: str, message: TFMessage) -> None:
-        with suppress(InputError):
-            self._placed = tuple(self._static_transforms.add(message))
+        self._placed = tuple(self._static_transforms.add(message))
 
     def _on_probe(self, _message: String) -> None:
         self._hears_itself = True

@@ -58,6 +58,7 @@ class ImuCalibrationNode(Node):
         self.counters = Counters(
             "malformed_frames",
             "malformed_transforms",
+            "malformed_clocks",
             "imu_without_orientation",
             *sample_buffer.COUNTERS,
         )
@@ -114,6 +115,7 @@ class ImuCalibrationNode(Node):
         try:
             self._clocks[message.source] = clock_of(message)
         except InputError as error:
+            self.counters.add("malformed_clocks")
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
         if self.calibration is not None and self.extrinsics is not None:

@@ -31,8 +31,6 @@ from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
 from pose_io.arrays import BoolArray, ByteArray, IntArray
 
-StateArray = ByteArray  # the name that kinect_bridge uses
-
 
 @dataclass(frozen=True, kw_only=True)
 class ConfidenceLevels:

@@ -15,8 +15,6 @@ from pose_core.joints import JOINTS, TrackingState
 from pose_io.arrays import ByteArray, IntArray
 from pose_io.recordings.joint_maps import mark_missing
 
-StampArray = IntArray  # the name that kinect_bridge uses
-
 
 @dataclass(frozen=True, kw_only=True)
 class SensorStream:

@@ -72,9 +72,9 @@ TRACKERS = {
     "uneven": TrackerModel(gross_share=0.01, hidden_called_tracked=0.8, slowest_rate=15.0),
 }
 """Tracker models by name."""
-TUNED_ON = ("mixed", "late", "slow", "smoothing", "calm")
+TUNING_TRACKERS = ("mixed", "late", "slow", "smoothing", "calm")
 """Tracker models on which tuning is allowed."""
-JUDGED_ON = tuple(name for name in TRACKERS if name not in TUNED_ON)
+HELD_OUT_TRACKERS = tuple(name for name in TRACKERS if name not in TUNING_TRACKERS)
 """Held-out tracker models, for evaluation."""
 
 

@@ -10,7 +10,7 @@ from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.scores import HIPS_AND_KNEES, AngleScore, Evaluation, MethodScores
 from pose_evaluation.table import (
-    Judge,
+    BestOf,
     Row,
     Table,
     nearest_zero,
@@ -86,7 +86,7 @@ def _angle_table(
     caption: str,
     value: Callable[[AngleScore], float],
     digits: int,
-    best: Judge,
+    best: BestOf,
 ) -> Table:
     values = _of_angles(evaluation, value)
 

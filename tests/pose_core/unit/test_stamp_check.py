@@ -8,7 +8,7 @@ import pytest
 from pose_core.joints import JOINTS
 from pose_core.streams.clocks import IMUS, Clock
 from pose_core.streams.samples import ImuBlock, SkeletonSample
-from pose_core.streams.stamp_judge import StampJudge
+from pose_core.streams.stamp_check import StampCheck
 
 MS = 1_000_000
 S = 1000 * MS
@@ -42,7 +42,7 @@ def imu_block(*stamps_ns):
 
 
 def feed(
-    judge,
+    check,
     seconds,
     stamp_of,
     *,
@@ -55,33 +55,33 @@ def feed(
     used = {}
     for k in range(round(seconds * S / period_ns)):
         true_ns = START + round(start_s * S) + k * period_ns
-        result = judge.skeleton(sample(stamp_of(true_ns), sensor), true_ns + LAG, clocks)
+        result = check.skeleton(sample(stamp_of(true_ns), sensor), true_ns + LAG, clocks)
         if result is not None:
             used[(true_ns - START) / S] = result.stamp_ns - true_ns
     return used
 
 
 def test_plausible_stamps_pass_unchanged():
-    judge = StampJudge()
-    used = feed(judge, 3.0, lambda true_ns: true_ns)
+    check = StampCheck()
+    used = feed(check, 3.0, lambda true_ns: true_ns)
     assert len(used) == 91
     assert set(used.values()) == {0}
-    assert not judge.set_aside
-    assert sum(judge.counters.as_dict().values()) == 0
+    assert not check.set_aside
+    assert sum(check.counters.as_dict().values()) == 0
 
 
 @pytest.mark.parametrize("leap_s", [5.0, -5.0, 31_536_000.0, 0.2])
 def test_after_a_clock_step_a_source_is_rejected_and_then_used_with_its_offset(leap_s):
-    judge = StampJudge()
-    feed(judge, 2.0, lambda true_ns: true_ns)
-    used = feed(judge, 3.0, lambda true_ns: true_ns + round(leap_s * S), start_s=2.0)
+    check = StampCheck()
+    feed(check, 2.0, lambda true_ns: true_ns)
+    used = feed(check, 3.0, lambda true_ns: true_ns + round(leap_s * S), start_s=2.0)
     assert min(used) == pytest.approx(3.0, abs=0.15)  # a second later
     assert max(abs(error_ns) for error_ns in used.values()) < 20 * MS
-    assert judge.counters["clocks_taken_in_again"] == 1
-    back = feed(judge, 3.0, lambda true_ns: true_ns, start_s=5.0)
+    assert check.counters["clocks_taken_in_again"] == 1
+    back = feed(check, 3.0, lambda true_ns: true_ns, start_s=5.0)
     assert set(back.values()) == {0}
-    assert not judge.set_aside
-    assert not judge.offsets_s
+    assert not check.set_aside
+    assert not check.offsets_s
 
 
 @pytest.mark.parametrize(
@@ -95,111 +95,111 @@ def test_after_a_clock_step_a_source_is_rejected_and_then_used_with_its_offset(l
     ],
 )
 def test_a_source_of_implausible_stamps_is_rejected_and_reported(stamp_of, reason):
-    judge = StampJudge()
-    feed(judge, 2.0, lambda true_ns: true_ns)
-    used = feed(judge, 5.0, stamp_of, start_s=2.0)
+    check = StampCheck()
+    feed(check, 2.0, lambda true_ns: true_ns)
+    used = feed(check, 5.0, stamp_of, start_s=2.0)
     assert all(abs(error_ns) <= 500 * MS for error_ns in used.values())
     assert all(at_s < 2.6 for at_s in used)
-    assert reason in judge.set_aside["left"]
-    assert judge.counters["clocks_set_aside"] == 1
-    assert feed(judge, 3.0, lambda true_ns: true_ns, start_s=7.0)
+    assert reason in check.set_aside["left"]
+    assert check.counters["clocks_set_aside"] == 1
+    assert feed(check, 3.0, lambda true_ns: true_ns, start_s=7.0)
 
 
 def test_a_single_wrong_stamp_is_rejected_alone():
-    judge = StampJudge()
-    feed(judge, 1.0, lambda true_ns: true_ns)
-    assert judge.skeleton(sample(START + 400 * S), START + S, {}) is None
-    assert len(feed(judge, 1.0, lambda true_ns: true_ns, start_s=1.0)) == 30
-    assert judge.counters["stamps_ahead"] == 1
+    check = StampCheck()
+    feed(check, 1.0, lambda true_ns: true_ns)
+    assert check.skeleton(sample(START + 400 * S), START + S, {}) is None
+    assert len(feed(check, 1.0, lambda true_ns: true_ns, start_s=1.0)) == 30
+    assert check.counters["stamps_ahead"] == 1
 
 
 def test_a_flood_is_limited_to_120_frames_per_second_and_repeated_stamps_are_dropped():
-    judge = StampJudge()
-    used = feed(judge, 2.0, lambda true_ns: true_ns, period_ns=MS)
+    check = StampCheck()
+    used = feed(check, 2.0, lambda true_ns: true_ns, period_ns=MS)
     assert len(used) == pytest.approx(2 * 120 + 12, abs=2)
     repeated = feed(
-        judge, 1.0, lambda true_ns: true_ns // PERIOD * PERIOD, start_s=3.0, period_ns=MS
+        check, 1.0, lambda true_ns: true_ns // PERIOD * PERIOD, start_s=3.0, period_ns=MS
     )
     assert len(repeated) <= 31
 
 
 def test_frames_are_used_again_once_they_are_no_longer_late():
-    judge = StampJudge()
-    feed(judge, 1.0, lambda true_ns: true_ns)
-    feed(judge, 1.0, lambda true_ns: true_ns - S, start_s=1.0)
-    assert judge.set_aside
-    assert len(feed(judge, 1.0, lambda true_ns: true_ns, start_s=2.0)) == 29
-    assert not judge.set_aside
+    check = StampCheck()
+    feed(check, 1.0, lambda true_ns: true_ns)
+    feed(check, 1.0, lambda true_ns: true_ns - S, start_s=1.0)
+    assert check.set_aside
+    assert len(feed(check, 1.0, lambda true_ns: true_ns, start_s=2.0)) == 29
+    assert not check.set_aside
 
 
 @pytest.mark.parametrize("spread_s", [0.0, 5.0])
 def test_two_sources_of_one_name_are_rejected_until_one_has_stopped(spread_s):
-    judge, rng = StampJudge(), np.random.default_rng(1)
+    check, rng = StampCheck(), np.random.default_rng(1)
     turn = iter(range(10_000))
 
     def of_two(true_ns):
         other_s = -60.0 if spread_s == 0.0 else rng.uniform(-spread_s, spread_s)
         return true_ns + (round(other_s * S) if next(turn) % 2 else 0)
 
-    feed(judge, 1.0, lambda true_ns: true_ns)
-    used = feed(judge, 4.0, of_two, start_s=1.0, period_ns=PERIOD // 2)
+    feed(check, 1.0, lambda true_ns: true_ns)
+    used = feed(check, 4.0, of_two, start_s=1.0, period_ns=PERIOD // 2)
     assert max(used) < 1.5
-    assert judge.set_aside
-    back = feed(judge, 3.0, lambda true_ns: true_ns, start_s=5.0)
+    assert check.set_aside
+    back = feed(check, 3.0, lambda true_ns: true_ns, start_s=5.0)
     assert min(back) < 6.2
     assert set(back.values()) == {0}
 
 
 def test_sources_of_one_stepped_clock_get_the_same_offset():
-    judge = StampJudge()
+    check = StampCheck()
     for sensor in ("left", "right"):
-        feed(judge, 1.0, lambda true_ns: true_ns, sensor=sensor)
+        feed(check, 1.0, lambda true_ns: true_ns, sensor=sensor)
     for sensor, jitter_ns in (("left", 0), ("right", 12 * MS)):
         feed(
-            judge,
+            check,
             2.0,
             lambda true_ns, more=jitter_ns: true_ns + 5 * S - more,
             start_s=1.0,
             sensor=sensor,
         )
-    assert judge.offsets_s["left"] == judge.offsets_s["right"]
+    assert check.offsets_s["left"] == check.offsets_s["right"]
 
 
 def test_a_known_clock_offset_is_not_a_clock_step():
-    judge = StampJudge()
+    check = StampCheck()
     clocks = {"left": Clock(offset_ns=3 * S)}
-    assert judge.skeleton(sample(START + 3 * S), START + LAG, clocks) is not None
+    assert check.skeleton(sample(START + 3 * S), START + LAG, clocks) is not None
 
 
 def test_a_delayed_imu_is_rejected_and_the_others_are_used():
-    judge = StampJudge()
+    check = StampCheck()
     for k in range(100):
         now_ns = START + k * 10 * MS
         block = imu_block(now_ns - 400 * MS, now_ns - 5 * MS)
-        assert judge.imus(block, now_ns, {}).imu.tolist() == [1]
-    assert list(judge.set_aside) == ["imus/torso"]
+        assert check.imus(block, now_ns, {}).imu.tolist() == [1]
+    assert list(check.set_aside) == ["imus/torso"]
 
 
 @pytest.mark.parametrize("ahead_s", [0.36, -0.7, 3.0])
 def test_a_clock_that_is_calibrated_later_is_not_corrected_twice(ahead_s):
     ahead_ns = round(ahead_s * S)
-    judge = StampJudge()
-    feed(judge, 2.0, lambda true_ns: true_ns)
-    feed(judge, 3.0, lambda true_ns: true_ns + ahead_ns, start_s=2.0)
+    check = StampCheck()
+    feed(check, 2.0, lambda true_ns: true_ns)
+    feed(check, 3.0, lambda true_ns: true_ns + ahead_ns, start_s=2.0)
     clocks = {"left": Clock(offset_ns=ahead_ns)}
-    used = feed(judge, 3.0, lambda true_ns: true_ns + ahead_ns, start_s=5.0, clocks=clocks)
+    used = feed(check, 3.0, lambda true_ns: true_ns + ahead_ns, start_s=5.0, clocks=clocks)
     assert min(used) == 5.0
     assert set(used.values()) == {ahead_ns}  # as stamped: the clock corrects it
-    assert not judge.offsets_s
+    assert not check.offsets_s
 
 
 def test_the_imus_clock_that_is_calibrated_later_is_not_corrected_twice():
-    judge, ahead_ns, used = StampJudge(), round(0.4 * S), 0
+    check, ahead_ns, used = StampCheck(), round(0.4 * S), 0
     for k in range(800):
         true_ns = START + k * 10 * MS
         block = imu_block(true_ns + (ahead_ns if k > 100 else 0))
         clocks = {IMUS: Clock(offset_ns=ahead_ns)} if k > 400 else {}
-        passed = judge.imus(block, true_ns + 10 * MS, clocks)
+        passed = check.imus(block, true_ns + 10 * MS, clocks)
         used += k > 400 and len(passed) == 1
     assert used == 399
-    assert not judge.offsets_s
+    assert not check.offsets_s

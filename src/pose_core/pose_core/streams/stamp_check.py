@@ -66,7 +66,7 @@ class _Source:
     trial_lags_ns: list[int] = field(default_factory=list)  # lags of the run, without the offset
 
 
-class StampJudge:
+class StampCheck:
     """Passes the samples with plausible stamps, converted to the host's clock."""
 
     def __init__(self) -> None:
