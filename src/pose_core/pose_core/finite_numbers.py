@@ -1,4 +1,4 @@
-"""Arrays with values that may not be finite: validation, means and medians without NaN."""
+"""Numbers of files and arrays: finite ones, as plain text, means and medians without NaN."""
 
 from typing import Any
 
@@ -15,6 +15,11 @@ def finite_numbers(value: Any, *shape: int) -> NDArray[np.float64] | None:
     except (TypeError, ValueError, OverflowError):
         return None
     return numbers if numbers.shape == shape and np.isfinite(numbers).all() else None
+
+
+def plain_numbers(values: NDArray[np.float64]) -> str:
+    """Numbers separated by spaces, as in XML and BVH files; never a negative zero."""
+    return " ".join(f"{float(value) + 0.0:.5f}" for value in values)
 
 
 def are_known(vectors: NDArray[np.float64]) -> NDArray[Any]:

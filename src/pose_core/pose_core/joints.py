@@ -28,6 +28,11 @@ JOINT_PAIRS: dict[str, list[int]] = {
 }
 """Indices of the left and the right joint of each kind."""
 
+LEGS: tuple[tuple[int, ...], ...] = tuple(
+    zip(*(JOINT_PAIRS[joint] for joint in LIMB_JOINTS[0]), strict=True)
+)
+"""Indices of hip, knee and foot of the left and of the right leg."""
+
 OTHER_SIDE: list[int] = [
     JOINT_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")]
     for name in JOINTS

@@ -19,7 +19,6 @@ from pose_core.plain_yaml import read_yaml
 
 T = TypeVar("T")
 NAME = r"[A-Za-z]\w*"  # a whole component of a topic name
-RUN = r"|[A-Za-z0-9]\w*"  # the name of a run of a graph; may be empty
 NAME_ENDING = r"[A-Za-z0-9]\w*"  # the part of a component after an underscore
 
 
@@ -64,12 +63,27 @@ def parameter(
         limits: Smallest and largest allowed value, in ``unit``.
         choices: The allowed strings; none: any.
         pattern: What the string, or each of them, must match to be part of topics and frames:
-            :data:`NAME`, :data:`NAME_ENDING` or :data:`RUN`.
+            :data:`NAME` or :data:`NAME_ENDING`.
     """
     spec = ParameterSpec(
         doc=doc, unit=unit, limits=limits, choices=tuple(choices) or None, pattern=pattern
     )
     return dataclasses.field(default=default, metadata={"spec": spec})
+
+
+def sensors_parameter(doc: str = "names of the Kinects") -> Any:
+    """Declare a node's ``sensors``."""
+    return parameter(("left", "right"), doc=doc, pattern=NAME_ENDING)
+
+
+def run_parameter() -> Any:
+    """Declare the ``run`` of a node that keeps results; it may be empty."""
+    return parameter(
+        "",
+        doc="name of the graph's run: a node that is restarted within a run continues with "
+        "its previous results; empty: no results are kept",
+        pattern=r"|[A-Za-z0-9]\w*",
+    )
 
 
 def specs(parameters: type | Any) -> dict[str, tuple[Any, ParameterSpec]]:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from pose_core.api import PipelineParameters
-from pose_core.parameters import RUN, parameter
+from pose_core.parameters import parameter, run_parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,9 +19,4 @@ class FusionNodeParameters(PipelineParameters):
     shape_file: str = parameter(
         "", doc="YAML of the bone lengths: read if it exists, otherwise written after measuring"
     )
-    run: str = parameter(
-        "",
-        doc="name of the graph's run: a node that is restarted within a run continues with "
-        "its previous results; empty: no results are kept",
-        pattern=RUN,
-    )
+    run: str = run_parameter()

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from pose_core.parameters import NAME, NAME_ENDING, parameter
+from pose_core.parameters import NAME, parameter, sensors_parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,9 +21,7 @@ class ViewParameters:
         "true position",
         pattern=NAME,
     )
-    sensors: tuple[str, ...] = parameter(
-        ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
-    )
+    sensors: tuple[str, ...] = sensors_parameter()
     rate: float = parameter(
         30.0, unit="Hz", limits=(1.0, 120.0), doc="largest frame rate of the page"
     )

@@ -148,7 +148,7 @@ def test_a_body_shape_is_unchanged_by_saving_and_loading(tmp_path):
         ("{", "is not plain YAML"),
         ("a: 1", "holds no bone lengths"),
         ("{version: 1, body_model: other}", "is for body model other"),
-        ("{version: 1, body_model: li2020, offsets: {head: [0, 0, 1]}}", "lacks a joint"),
+        ("{version: 1, body_model: li2020, offsets: {head: [0, 0, 1]}}", "expected all of head"),
     ],
 )
 def test_an_invalid_body_shape_file_is_refused_in_one_line(tmp_path, text, message):

@@ -80,7 +80,6 @@ BEYOND_THE_DOOR = {
     },
     # It compiles kernels of its own.
     "pose_io": {
-        "pose_core.body.plain_numbers",
         "pose_core.kernels.compiling",
         "pose_core.kernels.rotations",
     },

@@ -51,21 +51,17 @@ class OpenSimIk:
                 weights.cloneAndAppend(opensim.MarkerWeight(joint, 1.0))
             self._markers = opensim.MarkersReference(str(path), weights)
         self._coordinates = opensim.SimTKArrayCoordinateReference()
-        self._solver = opensim.InverseKinematicsSolver(
+        self.solver = opensim.InverseKinematicsSolver(
             self._model, self._markers, self._coordinates, np.inf
         )
-        self._solver.setAccuracy(ACCURACY)
+        self.solver.setAccuracy(ACCURACY)
         self._state.setTime(0.0)
-        self._solver.assemble(self._state)
+        self.solver.assemble(self._state)
 
     def step(self, frame: int) -> None:
         """Solve for a frame."""
         self._state.setTime(float(self._times_s[frame]))
-        self._solver.track(self._state)
-
-    def worst_distance(self) -> float:
-        """Largest marker error in the last frame [m]."""
-        return max(float(self._solver.computeCurrentMarkerError(joint)) for joint in JOINTS)
+        self.solver.track(self._state)
 
 
 def _make_model(opensim: Any, model: BodyModel, shape: BodyShape) -> Any:

@@ -12,7 +12,7 @@ import numpy as np
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import SkeletonSample
 from pose_core.body.trunk import trunk_axes
-from pose_core.joints import JOINT_PAIRS, LIMB_JOINTS
+from pose_core.joints import LEGS
 
 LEAST_BEND = 0.12  # [m] of the knee from the line between hip and foot: bent by about 30°
 LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis
@@ -40,7 +40,7 @@ def _backwards_share(samples: Sequence[SkeletonSample]) -> float:
     joints = np.stack([each.tracked for each in some])
     forward = trunk_axes(joints)[..., 0]
     backwards = bent = 0
-    for leg in zip(*(JOINT_PAIRS[name] for name in LIMB_JOINTS[0]), strict=True):
+    for leg in LEGS:
         hip, knee, foot = joints[:, leg].swapaxes(0, 1)
         bend = knee - 0.5 * (hip + foot)
         length = np.linalg.norm(bend, axis=1)

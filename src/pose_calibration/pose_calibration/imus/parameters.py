@@ -2,16 +2,14 @@
 
 from dataclasses import dataclass
 
-from pose_core.parameters import NAME_ENDING, parameter
+from pose_core.parameters import NAME_ENDING, parameter, sensors_parameter
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImuCalibrationParameters:
     """Parameters of ``./pose calibrate imu``, live and offline."""
 
-    sensors: tuple[str, ...] = parameter(
-        ("left", "right"), doc="names of the Kinects, the reference first", pattern=NAME_ENDING
-    )
+    sensors: tuple[str, ...] = sensors_parameter("names of the Kinects, the reference first")
     person: str = parameter(
         "first",
         doc="the wearer of the IMUs: `first`, `nearest` (to the first sensor), or a sensor's id",

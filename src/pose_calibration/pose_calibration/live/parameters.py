@@ -4,29 +4,20 @@ from dataclasses import dataclass
 
 from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_core.api import MAX_GAP_S
-from pose_core.parameters import NAME_ENDING, RUN, parameter
+from pose_core.parameters import parameter, run_parameter, sensors_parameter
 
 
 @dataclass(frozen=True, kw_only=True)
 class LiveCalibrationParameters(CalibrationParameters):
     """Parameters of the calibration node."""
 
-    sensors: tuple[str, ...] = parameter(
-        ("left", "right"),
-        doc="names of the Kinects, the reference first",
-        pattern=NAME_ENDING,
-    )
+    sensors: tuple[str, ...] = sensors_parameter("names of the Kinects, the reference first")
     file: str = parameter(
         "",
         doc="YAML of the calibration: read if it exists, otherwise written when the "
         "calibration is known",
     )
-    run: str = parameter(
-        "",
-        doc="name of the graph's run: a node that is restarted within a run continues with "
-        "its previous results; empty: no results are kept",
-        pattern=RUN,
-    )
+    run: str = run_parameter()
     minimum_duration: float = parameter(
         3.0, unit="s", limits=(0.5, 600.0), doc="time of common view before the first solution"
     )

@@ -9,6 +9,7 @@ proportions of an average body.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from pose_core.body.average_body import neutral_pose
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
-from pose_core.finite_numbers import are_known, nan_mean, robust_stddev
+from pose_core.finite_numbers import are_known, finite_numbers, nan_mean, robust_stddev
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, JOINTS, OTHER_SIDE
 from pose_core.plain_yaml import dump_yaml, read_yaml
 
@@ -177,10 +178,7 @@ def save_body_shape(path: Path, model: BodyModel, shape: BodyShape, subject: str
         "version": 1,
         "subject": subject,
         "body_model": model.name,
-        "offsets": {  # [m] in the axes of the link that the joint is fixed in
-            name: [round(float(value), 5) for value in shape.offsets[index]]
-            for name, index in JOINT_INDEX.items()
-        },
+        "offsets": offsets_document(shape),
     }
     write_atomically(path, dump_yaml(document).encode(), "the body's measures")
 
@@ -199,10 +197,35 @@ def load_body_shape(path: Path, model: BodyModel) -> BodyShape:
             f"{path} is for body model {document.get('body_model')}, not {model.name}: "
             "measure again"
         )
-    try:
-        offsets = np.array([document["offsets"][name] for name in JOINTS], dtype=float)
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{path}: 'offsets' lacks a joint or a number: {error}") from error
-    if offsets.shape != (len(JOINTS), 3) or not np.all(np.abs(offsets) < LONGEST_BONE):
-        raise InputError(f"{path}: expected three numbers within ±{LONGEST_BONE} m for each joint")
-    return BodyShape(offsets=offsets)
+    return shape_of_offsets(f"{path}: offsets", document.get("offsets"))
+
+
+def offsets_document(shape: BodyShape) -> dict[str, list[float]]:
+    """Offset of each joint [m], as plain numbers in a file."""
+    rounded = [[round(value, 5) + 0.0 for value in each] for each in shape.offsets.tolist()]
+    return dict(zip(JOINTS, rounded, strict=True))
+
+
+def shape_of_offsets(what: str, offsets: Any) -> BodyShape:
+    """Body measures from a file's offset of each joint [m].
+
+    Args:
+        what: Name of the value in a message.
+        offsets: The file's value.
+
+    Raises:
+        InputError: If a joint is missing, or an offset is not plausible.
+    """
+    if not isinstance(offsets, Mapping) or set(offsets) != set(JOINTS):
+        found = sorted(map(str, offsets)) if isinstance(offsets, Mapping) else offsets
+        raise InputError(
+            f"{what} has {found!r}, expected all of {', '.join(JOINTS)}: "
+            "calibrate again, or remove it to have the body measured"
+        )
+    for name, value in offsets.items():
+        offset = finite_numbers(value, 3)
+        if offset is None or not (np.abs(offset) < LONGEST_BONE).all():
+            raise InputError(
+                f"{what}/{name} is {value!r}, expected three numbers within ±{LONGEST_BONE:g} m"
+            )
+    return BodyShape(offsets=np.array([offsets[name] for name in JOINTS], float))

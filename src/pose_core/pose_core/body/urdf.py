@@ -12,8 +12,8 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel, Link
-from pose_core.body.plain_numbers import plain_numbers
 from pose_core.body.shape import BodyShape
+from pose_core.finite_numbers import plain_numbers
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 THICKNESS = 0.14  # [-] a limb's radius over its length

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pose_core.baseline_filters.li2020 import Li2020Parameters
 from pose_core.estimators import ESTIMATORS
-from pose_core.parameters import NAME, NAME_ENDING, parameter
+from pose_core.parameters import NAME, parameter, sensors_parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,9 +26,7 @@ class PipelineParameters(Li2020Parameters):
     max_people: int = parameter(
         1, limits=(1, 6), doc="number of people to track, including the subject"
     )
-    sensors: tuple[str, ...] = parameter(
-        ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
-    )
+    sensors: tuple[str, ...] = sensors_parameter()
     shape_duration: float = parameter(
         2.0,
         unit="s",

@@ -23,6 +23,7 @@ from pose_core.filter.occlusion import Capsules, fill_occlusion
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import FilterState, another_camera_sends
+from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import (
     BodyArrays,
@@ -31,8 +32,6 @@ from pose_core.kernels.joint_kinematics import (
     joint_jacobian,
 )
 from pose_core.kernels.rotations import rotate_left_all
-
-NOT_TRACKED, INFERRED = 0, 1  # of TrackingState
 
 
 class CameraConstants(NamedTuple):
@@ -69,7 +68,7 @@ class PredictedView(NamedTuple):
 @compiled_in_place
 def is_measured(frame: CameraFrame, joint: int) -> bool:
     """Whether a frame measures a joint."""
-    if frame.tracking_state[joint] == NOT_TRACKED:
+    if frame.tracking_state[joint] == TrackingState.NOT_TRACKED:
         return False
     x, y, z = frame.positions[joint, 0], frame.positions[joint, 1], frame.positions[joint, 2]
     return np.isfinite(x) and np.isfinite(y) and np.isfinite(z)
@@ -171,6 +170,6 @@ def joint_variance(
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
     variance = constants.variance + constants.occluded_variance * occlusion**2
-    if frame.tracking_state[joint] == INFERRED:
+    if frame.tracking_state[joint] == TrackingState.INFERRED:
         variance += constants.inferred_variance
     return variance

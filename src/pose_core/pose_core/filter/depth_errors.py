@@ -10,7 +10,7 @@ outside the state, as a process that decays within :data:`MEMORY_S` and has the 
 its estimates show. The :math:`e_j` are independent noise; its variance is the mean difference of
 the squared residuals along and across the rays. Both are small for depth cameras with a body
 model, and several centimetres for trackers on images. They are learnt while another camera sends
-frames: of a single one, they cannot be told from motion.
+frames: of a single one, they cannot be distinguished from motion.
 """
 
 import numpy as np

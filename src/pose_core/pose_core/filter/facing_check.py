@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.body.trunk import trunk_axes
 from pose_core.filter.camera import CameraFrame
-from pose_core.joints import JOINT_PAIRS, LIMB_JOINTS, TrackingState
+from pose_core.joints import LEGS, TrackingState
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 
-LEGS = np.array(list(zip(*(JOINT_PAIRS[name] for name in LIMB_JOINTS[0]), strict=True)))
-TRACKED = int(TrackingState.TRACKED)
 LEAST_BEND = 0.08  # [m] of the knee from the line between hip and foot: bent by about 25°
 LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis
 BACKWARDS_S = 0.5  # [s] bound of the sum either way; at the lower one, the state is wrong
@@ -65,14 +63,17 @@ def knees_forwards(
     """
     count = 0
     for hip, knee, foot in LEGS:
-        if tracking_state[hip] + tracking_state[knee] + tracking_state[foot] < 3 * TRACKED:
+        if (
+            tracking_state[hip] + tracking_state[knee] + tracking_state[foot]
+            < 3 * TrackingState.TRACKED
+        ):
             continue
         along = squared = 0.0
         for axis in range(3):
             bend = joints[knee, axis] - 0.5 * (joints[hip, axis] + joints[foot, axis])
             along += bend * R_map_pelvis[axis, 0]
             squared += bend * bend
-        if squared > LEAST_BEND**2:  # not of NaN
+        if squared > LEAST_BEND**2:  # false for NaN
             count += (along > LEAST_COSINE * np.sqrt(squared)) - (
                 along < -LEAST_COSINE * np.sqrt(squared)
             )

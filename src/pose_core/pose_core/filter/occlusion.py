@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.vectors import dot
+from pose_core.kernels.linear_algebra import dot
 
 SOFTNESS = 0.02  # [m] width of the transition from visible to hidden
 STAND_OFF = 0.06  # [m] end of the line of sight, next to the joint, that is ignored

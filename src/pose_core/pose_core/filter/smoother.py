@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.layout import Layout
-from pose_core.filter.motion import LARGEST_STDDEV
+from pose_core.filter.motion import LARGEST_STDDEV, rate_decay
 from pose_core.filter.state import NO_COLUMN, FilterState, inject_error
 from pose_core.filter.tuning import MotionPrior
 
@@ -103,8 +103,7 @@ def of_body(state: FilterState, layout: Layout) -> FilterState:
 
 def transition(layout: Layout, motion: MotionPrior, dt_s: float) -> FloatArray:
     """Transition matrix F of positions, rotations and their rates over ``dt_s`` [s], (m, m)."""
-    keep = float(np.exp(-dt_s / motion.rate_memory))
-    rate_time_s = motion.rate_memory * (1.0 - keep)
+    keep, rate_time_s = rate_decay(motion.rate_memory, dt_s)
     steps = np.array([[1.0, rate_time_s], [0.0, keep]])
     return np.asarray(np.kron(steps, np.eye(layout.first_slide)), float)
 

@@ -79,7 +79,8 @@ def start_state(
         R_map_links: (links, 3, 3).
     """
     links, joints = layout.links, len(JOINTS)
-    has_depth_errors = float(sensors > 1)  # of a single camera, they cannot be told from motion
+    # Of a single camera, they cannot be distinguished from motion.
+    has_depth_errors = float(sensors > 1)
     stddev = np.zeros(layout.body_size)
     stddev[:3] = tuning.start.position
     stddev[3 : layout.first_slide] = tuning.start.rotation

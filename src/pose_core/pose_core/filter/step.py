@@ -20,7 +20,7 @@ from pose_core.filter.state import FilterState
 from pose_core.filter.tracker_errors import LONGEST_GAP_S, update_tracker_errors
 from pose_core.filter.update import robust_update
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.small_matrices import add, inverse, scaled, symmetric
+from pose_core.kernels.linear_algebra import add, inverse, scaled, symmetric
 
 MEAN_NIS_CLIP = 9.0  # [-] to which a joint's NIS is clipped before averaging
 LOST_NIS = 25.0  # [-] of a joint, for a filter that has lost the person

@@ -29,7 +29,7 @@ from pose_core.filter.rows import NORMAL, Rows
 from pose_core.filter.state import FilterState, inject_error
 from pose_core.kernels.cholesky import factorise, solve_lower, solve_vector
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.small_matrices import inverse, quadratic_form, symmetric
+from pose_core.kernels.linear_algebra import inverse, quadratic_form, symmetric
 
 BLOCK = 32  # rows of P that are computed together
 

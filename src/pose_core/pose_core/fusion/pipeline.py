@@ -8,6 +8,7 @@ two observations it is predicted live, and interpolated for a recording.
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,14 +23,12 @@ from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, r
 from pose_core.fusion.output_grid import OutputGrid, has_output_rate
 from pose_core.fusion.preprocessor import COUNTERS, Preprocessor
 from pose_core.fusion.warm_up import warm_up
-from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import ONE_IMU, Clock, Clocks, reference_delay_s
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
-from pose_core.streams.time_alignment import TimeAligner
 
 LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
 LONGEST_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
@@ -50,6 +49,10 @@ class Pipeline:
         is_live: Whether the caller requests estimates with :meth:`publish_until`. Otherwise,
             for a recording, they are returned when samples are added.
         make_estimator: Factory of the estimator; the class named in the parameters if None.
+
+    Attributes:
+        imus: The IMUs with samples.
+        aligner: Interpolates all sensors to common instants, if the estimator needs this.
     """
 
     def __init__(
@@ -67,6 +70,7 @@ class Pipeline:
         self._runner = EstimatorRunner(self.model, parameters, self.counters, make_estimator)
         warm_up(parameters.estimator, self.model)
         self._preprocessor = Preprocessor(self.model, parameters, self.counters, is_live=is_live)
+        self.imus, self.aligner = self._preprocessor.imus, self._preprocessor.aligner
         self._is_live = is_live
         self._grid: OutputGrid | None = None
         if has_output_rate(parameters):
@@ -89,11 +93,6 @@ class Pipeline:
         return self._preprocessor.shape
 
     @property
-    def imus(self) -> ImuSet:
-        """The IMUs with samples."""
-        return self._preprocessor.imus
-
-    @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples, by segment's name."""
         uses = {use.segment: use for use in self._runner.estimator.imu_uses}
@@ -101,7 +100,7 @@ class Pipeline:
         for name in self.imus.segments:
             use = uses.setdefault(name, self._unused(name))
             if name in self.imus.inverse:
-                use = uses[name] = ImuUse(segment=name, refused=INVERSE_ORIENTATION)
+                uses[name] = ImuUse(segment=name, refused=INVERSE_ORIENTATION)
                 continue
             fault = self.imus.rates.faults.get(name)
             instead = "the orientation's change is used"
@@ -113,7 +112,7 @@ class Pipeline:
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
             field = _disturbed(disturbed.get(name))
             remarks = (_exchanged(use.worn_on), rate, shift, field, silence)
-            use.remark = "; ".join(filter(None, remarks))
+            uses[name] = replace(use, remark="; ".join(filter(None, remarks)))
         return tuple(uses[name] for name in sorted(self.imus.segments))
 
     @property
@@ -148,11 +147,6 @@ class Pipeline:
             return ImuUse(segment=segment, refused="no usable sample at any frame: see its stamps")
         name = self.parameters.estimator
         return ImuUse(segment=segment, refused=f"the estimator {name} uses no IMUs: use default")
-
-    @property
-    def aligner(self) -> TimeAligner:
-        """Interpolates all sensors to common instants, if the estimator needs this."""
-        return self._preprocessor.aligner
 
     @property
     def status(self) -> str:

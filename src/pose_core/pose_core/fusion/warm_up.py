@@ -3,26 +3,24 @@
 Compiling them, at the very first start, takes tens of seconds; loading them takes tenths of one.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from pose_core.body.average_body import neutral_pose
 from pose_core.body.frames import BodyFrames
 from pose_core.body.model import BodyModel
-from pose_core.body.shape import BodyShape, shape_of
+from pose_core.body.shape import shape_of
 from pose_core.counters import Counters
 from pose_core.estimates.body_estimates import EstimateBlock
-from pose_core.estimates.observation import Observation
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
-from pose_core.fusion.sensor_frames import SensorsInMap
-from pose_core.imu.imu_history import ImuMeasurements
-from pose_core.imu.imu_set import ImuSet
+from pose_core.fusion.preprocessor import COUNTERS, Preprocessor
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.kernels.compiling import announce_compilation
 from pose_core.session.extrinsics import extrinsics_from_map
-from pose_core.streams.samples import ImuSample, SkeletonSample, block_of
-from pose_core.streams.time_alignment import AlignedFrame
+from pose_core.streams.samples import ImuSample, SkeletonSample
 from pose_core.transforms import rigid_transform
 
 PLACES = {"left": (3.0, 0.0, 1.0), "right": (0.0, 3.0, 1.0)}  # [m] of the sensors, not rotated
@@ -56,61 +54,48 @@ def run_once(
         model: The body model.
         make: Factory of the estimator; its class if None.
     """
-    shape = shape_of(model, neutral_pose())
     # Estimators of a single sensor need its name among the sensors.
-    sensors = tuple(PLACES)
-    parameters = PipelineParameters(estimator=estimator, sensors=sensors, output_rate=0.0)
+    parameters = PipelineParameters(estimator=estimator, sensors=tuple(PLACES), output_rate=0.0)
+    counters = Counters(*COUNTERS, *runner_counters(parameters))
     poses = {sensor: rigid_transform(np.eye(3), place) for sensor, place in PLACES.items()}
-    in_map = SensorsInMap(sensors, extrinsics_from_map(poses))
-    counters = Counters(*runner_counters(parameters))
+    preprocessor = Preprocessor(model, parameters, counters)
+    preprocessor.use_extrinsics(extrinsics_from_map(poses))
+    preprocessor.shape = shape_of(model, neutral_pose())
     runner = EstimatorRunner(model, parameters, counters, make)
     segment = next(iter(model.segments))
     known = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05), residual=0.0)
     runner.use_sensor_to_segment({segment: known})
-    imus = ImuSet()
     example: EstimateBlock | None = None
     for frame in range(1, FRAMES + 1):
         stamp_ns = frame * PERIOD_NS
-        imu_sample = ImuSample(
-            stamp_ns=stamp_ns,
-            segment=segment,
-            orientation=np.array([0.0, 0.0, 0.0, 1.0]),
-            orientation_stddev=np.full(3, 0.05),
-            angular_velocity=np.zeros(3),
-        )
-        imus.add(block_of(imu_sample))
-        runner.process(_observation(in_map, shape, stamp_ns, imus.read(stamp_ns)))
+        for sample in _samples(stamp_ns, segment):
+            for observation in preprocessor.add(sample):
+                runner.process(observation)
         for block in runner.take():
             example = block
             instants = (block.T_map_link, block.position, block.fk_joints)
             BodyFrames(model, parameters.subject).places(*instants)
     runner.interpolate((stamp_ns - PERIOD_NS // 2,), stamp_ns)
     stamp_ns = (FRAMES + 1) * PERIOD_NS
-    runner.predict(stamp_ns, stamp_ns, imus.read(stamp_ns))
+    runner.predict(stamp_ns, stamp_ns, preprocessor.imus_at(stamp_ns))
     runner.flush(stamp_ns)
     return next(iter(runner.take()), example)
 
 
-def _observation(
-    sensors: SensorsInMap, shape: BodyShape, stamp_ns: int, imus: ImuMeasurements
-) -> Observation:
-    samples = {
-        sensor: SkeletonSample(
+def _samples(stamp_ns: int, segment: str) -> Iterator[ImuSample | SkeletonSample]:
+    """Samples of an IMU and of all cameras at one instant [ns]."""
+    yield ImuSample(
+        stamp_ns=stamp_ns,
+        segment=segment,
+        orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+        orientation_stddev=np.full(3, 0.05),
+        angular_velocity=np.zeros(3),
+    )
+    for sensor, place in PLACES.items():
+        yield SkeletonSample(
             stamp_ns=stamp_ns,
             sensor=sensor,
             person="",
-            positions=neutral_pose() - PLACES[sensor],
+            positions=neutral_pose() - place,
             tracking_state=np.full(len(JOINTS), int(TrackingState.TRACKED), np.uint8),
         )
-        for sensor in PLACES
-    }
-    positions, tracking_state = sensors.transform(AlignedFrame(stamp_ns=stamp_ns, samples=samples))
-    return Observation(
-        stamp_ns=stamp_ns,
-        newest_ns=stamp_ns,
-        shape=shape,
-        positions=positions,
-        tracking_state=tracking_state,
-        cameras=sensors.places,
-        imus=imus,
-    )

@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
-from pose_core.imu.orientation_check import is_equal, product
 from pose_core.imu.sensor_alignment import best_rotation
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.kernels.linear_algebra import is_equal
+from pose_core.kernels.quaternions import quaternion_product
 from pose_core.kernels.rotations import vector_scale
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
@@ -78,33 +79,33 @@ _WORDS = {
 
 
 class _RateMemory(NamedTuple):
-    """What is known of each IMU, from sample to sample."""
+    """What is known of each IMU, from sample to sample; the defaults are the row of a new one."""
 
-    stamp_ns: NDArray[np.int64]  # (imus,) of the last sample; 0: none
-    orientation: FloatArray  # (imus, 4) of the last sample
-    given: FloatArray  # (imus, 3) [rad/s] angular velocity of the last sample
-    held_s: FloatArray  # (imus,) [s] for which the orientation has been the same
-    change: FloatArray  # (imus, 3) [rad/s] of the orientation
-    window_s: FloatArray  # (imus,) [s] of the window so far
-    turn: FloatArray  # (imus, 3) [rad] in the window, by the orientation
-    given_turn: FloatArray  # (imus, 3) [rad] in the window, by the angular velocity
-    world_turn: FloatArray  # (imus, 3) [rad] in the window, by the orientation, in its world
-    since: FloatArray  # (imus, 3) [rad] by the angular velocity, while the orientation is held
-    windows: FloatArray  # (imus,) weight of the windows with a turn
-    error: FloatArray  # (imus, 3) weighted sum of the squared difference of the turns
-    power: FloatArray  # (imus, 3) that of the orientation's turn
-    given_power: FloatArray  # (imus,) that of the angular velocity's turn, all axes
-    products: FloatArray  # (imus, 2, 3, 3) of the rate's turns with the orientation's, and in world
-    missing: FloatArray  # (imus,) share of samples without an angular velocity
-    measured: NDArray[np.int64]  # (imus,) number of samples with one
-    fault: NDArray[np.int64]  # (imus,) contradiction, see :class:`RateFault`
+    stamp_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # of the last sample; 0: none
+    orientation: FloatArray = np.zeros((1, 4))  # of the last sample
+    given: FloatArray = np.zeros((1, 3))  # [rad/s] angular velocity of the last sample
+    held_s: FloatArray = np.zeros(1)  # [s] for which the orientation has been the same
+    change: FloatArray = np.zeros((1, 3))  # [rad/s] of the orientation
+    window_s: FloatArray = np.zeros(1)  # [s] of the window so far
+    turn: FloatArray = np.zeros((1, 3))  # [rad] in the window, by the orientation
+    given_turn: FloatArray = np.zeros((1, 3))  # [rad] in the window, by the angular velocity
+    world_turn: FloatArray = np.zeros((1, 3))  # [rad] in the window, in its world
+    since: FloatArray = np.zeros((1, 3))  # [rad] by the rate, while the orientation is held
+    windows: FloatArray = np.zeros(1)  # weight of the windows with a turn
+    error: FloatArray = np.zeros((1, 3))  # weighted sum of the squared difference of the turns
+    power: FloatArray = np.zeros((1, 3))  # that of the orientation's turn
+    given_power: FloatArray = np.zeros(1)  # that of the angular velocity's turn, all axes
+    products: FloatArray = np.zeros((1, 2, 3, 3))  # of the rate's turns with the others
+    missing: FloatArray = np.zeros(1)  # share of samples without an angular velocity
+    measured: NDArray[np.int64] = np.zeros(1, np.int64)  # number of samples with one
+    fault: NDArray[np.int64] = np.zeros(1, np.int64)  # contradiction, see :class:`RateFault`
 
 
 class AngularVelocityCheck:
     """Replaces angular velocities that are not measured, or that contradict the orientation."""
 
     def __init__(self) -> None:
-        self._rows = ImuRows(_make_memory)
+        self._rows = ImuRows(_RateMemory())
         self._check_rates = type_specialised(check_rates)
 
     @property
@@ -151,28 +152,8 @@ class AngularVelocityCheck:
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The samples, each with a finite angular velocity that agrees with its orientations."""
         imu, rate = self._rows.of(block), np.array(block.angular_velocity)
-        self._check_rates(
-            self._rows.memory,
-            imu,
-            np.ascontiguousarray(block.stamps_ns),
-            np.ascontiguousarray(block.orientation),
-            rate,
-        )
+        self._check_rates(self._rows.memory, imu, block.stamps_ns, block.orientation, rate)
         return replace(block, angular_velocity=rate)
-
-
-def _make_memory(imus: int) -> _RateMemory:
-    by_axis = ("given", "change", "turn", "given_turn", "world_turn", "since", "error", "power")
-    numbers = ("held_s", "window_s", "windows", "given_power", "missing")
-    return _RateMemory(
-        stamp_ns=np.zeros(imus, np.int64),
-        orientation=np.zeros((imus, 4)),
-        measured=np.zeros(imus, np.int64),
-        fault=np.zeros(imus, np.int64),
-        products=np.zeros((imus, 2, 3, 3)),
-        **{name: np.zeros((imus, 3)) for name in by_axis},
-        **{name: np.zeros(imus) for name in numbers},
-    )
 
 
 @compiled_in_place
@@ -187,7 +168,7 @@ def check_rates(
 
     Args:
         memory: Is updated.
-        imu: Whose each is, (n,).
+        imu: Row of each sample's IMU, (n,).
         stamps_ns: (n,).
         orientation: (n, 4), x y z w.
         rate: (n, 3) [rad/s]; replaced where it is not finite, or its IMU's contradict.
@@ -243,17 +224,16 @@ def _add_turn(memory: _RateMemory, i: int, after: FloatArray) -> None:
     """Add a step's turn to the window; a leap of the orientation begins a new one."""
     before, step_s = memory.orientation[i], memory.held_s[i]
     back = (-before[0], -before[1], -before[2], before[3])
-    x, y, z, w = product(back, (after[0], after[1], after[2], after[3]))
+    x, y, z, w = quaternion_product(back, (after[0], after[1], after[2], after[3]))
     length = np.sqrt(x * x + y * y + z * z + w * w)
     scale = vector_scale(x / length, y / length, z / length, w / length) / length
     turn = (scale * x, scale * y, scale * z)
     if turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 > (LARGEST_RATE * step_s) ** 2:
         _begin_window(memory, i)
         return
-    world = product(
-        product((before[0], before[1], before[2], before[3]), (turn[0], turn[1], turn[2], 0.0)),
-        back,
-    )
+    forth = (before[0], before[1], before[2], before[3])
+    turned = quaternion_product(forth, (turn[0], turn[1], turn[2], 0.0))
+    world = quaternion_product(turned, back)
     share = step_s / (step_s + SMOOTHING_S)
     memory.window_s[i] += step_s
     for axis in range(3):

@@ -26,21 +26,21 @@ LONGEST_DELAY_NS = 100e6  # [ns] of a sample in a burst
 
 
 class _BurstMemory(NamedTuple):
-    """Memory of each IMU, from sample to sample."""
+    """Memory of each IMU, from sample to sample; the defaults are the row of a new one."""
 
-    arrival_ns: NDArray[np.int64]  # (imus,) stamp of the last sample as it came; 0: none
-    sampled_ns: FloatArray  # (imus,) [ns] since that of ``begin_ns``
-    begin_ns: NDArray[np.int64]  # (imus,) stamp of the first sample
-    intervals: FloatArray  # (imus,) number of intervals, up to :data:`MEMORY`
-    period_ns: FloatArray  # (imus,) running mean of the intervals
-    share: FloatArray  # (imus,) [-] running share of intervals within bursts
+    arrival_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # last stamp as it came; 0: none
+    sampled_ns: FloatArray = np.zeros(1)  # [ns] since that of ``begin_ns``
+    begin_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # stamp of the first sample
+    intervals: FloatArray = np.zeros(1)  # number of intervals, up to :data:`MEMORY`
+    period_ns: FloatArray = np.zeros(1)  # running mean of the intervals
+    share: FloatArray = np.zeros(1)  # [-] running share of intervals within bursts
 
 
 class BurstStamps:
     """Restores the stamps of IMUs whose samples come in bursts."""
 
     def __init__(self) -> None:
-        self._rows = ImuRows(_make_memory)
+        self._rows = ImuRows(_BurstMemory())
         self._restore = type_specialised(restore_stamps)
 
     def restored(self, block: ImuBlock) -> ImuBlock:
@@ -49,17 +49,6 @@ class BurstStamps:
         if not self._restore(self._rows.memory, imu, stamps_ns):
             return block
         return replace(block, stamps_ns=stamps_ns)
-
-
-def _make_memory(imus: int) -> _BurstMemory:
-    return _BurstMemory(
-        arrival_ns=np.zeros(imus, np.int64),
-        sampled_ns=np.zeros(imus),
-        begin_ns=np.zeros(imus, np.int64),
-        intervals=np.zeros(imus),
-        period_ns=np.zeros(imus),
-        share=np.zeros(imus),
-    )
 
 
 @compiled_in_place

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
-from pose_core.imu.orientation_check import LONGEST_STEP_S, integrated_orientation, product
+from pose_core.imu.orientation_check import LONGEST_STEP_S
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.kernels.quaternions import integrated_orientation, quaternion_product
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
@@ -27,25 +28,25 @@ DISTURBED = np.radians(2.5)  # [rad/√s] from which on the field is named
 
 
 class _WalkMemory(NamedTuple):
-    """Memory of each IMU."""
+    """Memory of each IMU; the defaults are the row of a new one."""
 
-    stamp_ns: NDArray[np.int64]  # (imus,) of the last sample; 0: none
-    orientation: FloatArray  # (imus, 4) of the last sample
-    rate: FloatArray  # (imus, 3) [rad/s] of the last sample
-    heading: FloatArray  # (imus,) [rad] against the gyroscope
-    since_s: FloatArray  # (imus,) [s] since the last second began
-    seconds: NDArray[np.int64]  # (imus,) number of complete seconds
-    past: FloatArray  # (imus, LONG + 1) heading at the end of the last seconds, the last one first
-    short: FloatArray  # (imus, 3) weight, sum and sum of squares of the changes in a second
-    long: FloatArray  # (imus, 3) the same of those in ``LONG`` seconds
-    variance: FloatArray  # (imus,) [rad²/s] of the walk
+    stamp_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # of the last sample; 0: none
+    orientation: FloatArray = np.zeros((1, 4))  # of the last sample
+    rate: FloatArray = np.zeros((1, 3))  # [rad/s] of the last sample
+    heading: FloatArray = np.zeros(1)  # [rad] against the gyroscope
+    since_s: FloatArray = np.zeros(1)  # [s] since the last second began
+    seconds: NDArray[np.int64] = np.zeros(1, np.int64)  # number of complete seconds
+    past: FloatArray = np.zeros((1, LONG + 1))  # heading at each second, the last one first
+    short: FloatArray = np.zeros((1, 3))  # weight, sum, sum of squares of a second's changes
+    long: FloatArray = np.zeros((1, 3))  # the same of those in ``LONG`` seconds
+    variance: FloatArray = np.zeros(1)  # [rad²/s] of the walk
 
 
 class HeadingWalks:
     """The walk of each IMU's heading."""
 
     def __init__(self) -> None:
-        self._rows = ImuRows(_make_memory)
+        self._rows = ImuRows(_WalkMemory())
         self._watch_samples = type_specialised(watch_samples)
 
     @property
@@ -65,25 +66,10 @@ class HeadingWalks:
         self._watch_samples(
             self._rows.memory,
             imu,
-            np.ascontiguousarray(block.stamps_ns),
-            np.ascontiguousarray(block.orientation),
-            np.ascontiguousarray(block.angular_velocity),
+            block.stamps_ns,
+            block.orientation,
+            block.angular_velocity,
         )
-
-
-def _make_memory(imus: int) -> _WalkMemory:
-    return _WalkMemory(
-        stamp_ns=np.zeros(imus, np.int64),
-        orientation=np.zeros((imus, 4)),
-        rate=np.zeros((imus, 3)),
-        heading=np.zeros(imus),
-        since_s=np.zeros(imus),
-        seconds=np.zeros(imus, np.int64),
-        past=np.zeros((imus, LONG + 1)),
-        short=np.zeros((imus, 3)),
-        long=np.zeros((imus, 3)),
-        variance=np.zeros(imus),
-    )
 
 
 @compiled_in_place
@@ -111,7 +97,7 @@ def watch_samples(
                 memory.orientation[i], memory.rate[i], rate[row], dt_s
             )
             a, b, c, d = orientation[row]
-            _, _, up, cosine = product((a, b, c, d), (-x, -y, -z, w))
+            _, _, up, cosine = quaternion_product((a, b, c, d), (-x, -y, -z, w))
             memory.heading[i] += 2.0 * up if cosine > 0.0 else -2.0 * up
             memory.since_s[i] += dt_s
             if memory.since_s[i] >= 1.0:

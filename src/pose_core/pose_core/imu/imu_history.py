@@ -19,7 +19,6 @@ from pose_core.kernels.imu_rings import (
 from pose_core.streams.samples import ImuBlock
 
 ALIVE_NS = 200_000_000  # an IMU that is silent for longer is not waited for
-SAMPLES = 512  # stored for each IMU: half a second of the fastest
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,7 +46,7 @@ class ImuHistory:
     """
 
     def __init__(self) -> None:
-        self._rows = ImuRows(_make_rings)
+        self._rows = ImuRows(ImuRings())
         self.segments = self._rows.segments
         self._append_samples = type_specialised(append_samples)
         self._read = type_specialised(read_states)
@@ -66,10 +65,10 @@ class ImuHistory:
         rejected = self._append_samples(
             self._rows.memory,
             imus,
-            np.ascontiguousarray(block.stamps_ns),
-            np.ascontiguousarray(block.orientation),
-            np.ascontiguousarray(block.orientation_stddev),
-            np.ascontiguousarray(block.angular_velocity),
+            block.stamps_ns,
+            block.orientation,
+            block.orientation_stddev,
+            block.angular_velocity,
             gap_ns,
         )
         self.gaps_ns = self._rows.named(np.where(gap_ns > MAX_GAP_NS, gap_ns, 0))
@@ -119,17 +118,6 @@ def _rows(imus: ImuMeasurements, chosen: NDArray[np.intp]) -> ImuMeasurements:
         angular_velocity=imus.angular_velocity[chosen],
         stddev=imus.stddev[chosen],
         age_s=imus.age_s[chosen],
-    )
-
-
-def _make_rings(imus: int) -> ImuRings:
-    return ImuRings(
-        stamps_ns=np.zeros((imus, SAMPLES), np.int64),
-        orientation=np.zeros((imus, SAMPLES, 4)),
-        stddev=np.zeros((imus, SAMPLES, 3)),
-        rate=np.zeros((imus, SAMPLES, 3)),
-        newest=np.full(imus, -1, np.int64),
-        filled=np.zeros(imus, np.int64),
     )
 
 

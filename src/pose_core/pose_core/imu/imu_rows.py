@@ -1,6 +1,5 @@
 """A memory that holds one row for each IMU, in the order in which IMUs appear."""
 
-from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -12,26 +11,26 @@ Memory = TypeVar("Memory", bound="tuple[NDArray[np.generic], ...]")
 
 
 class ImuRows(Generic[Memory]):
-    """The memory, and whose each row is.
+    """Memory of several IMUs, and the segment of each row.
 
     Args:
-        make: Makes the rows of so many new IMUs, a named tuple of arrays, (imus, ...).
+        new: The row of a new IMU, a named tuple of arrays, (1, ...).
     """
 
-    def __init__(self, make: Callable[[int], Memory]) -> None:
+    def __init__(self, new: Memory) -> None:
         self.segments: list[str] = []
-        self.memory = make(0)
-        self._make = make
+        self.memory = type(new)(*(array[:0] for array in new))
+        self._new = new
 
     def of(self, block: ImuBlock) -> NDArray[np.int64]:
         """Row of each sample's IMU, (n,); IMUs that are new get one."""
         if block.segments == tuple(self.segments):  # as usual
-            return np.ascontiguousarray(block.imu)
-        new = [name for name in block.segments if name not in self.segments]
-        if new:
-            self.segments += new
-            pairs = zip(self.memory, self._make(len(new)), strict=True)
-            self.memory = type(self.memory)(*(np.concatenate(pair) for pair in pairs))
+            return block.imu
+        for name in block.segments:
+            if name not in self.segments:
+                self.segments.append(name)
+                pairs = zip(self.memory, self._new, strict=True)
+                self.memory = type(self._new)(*map(np.concatenate, pairs))
         rows = np.array([self.segments.index(name) for name in block.segments], np.int64)
         return rows[block.imu]
 

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
-from pose_core.kernels.rotations import SMALL_ANGLE
+from pose_core.kernels.linear_algebra import is_equal
+from pose_core.kernels.quaternions import integrated_orientation, quaternion_product
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
@@ -41,34 +42,32 @@ PLATEAU = 2  # [-] repetitions of an axis' largest value, from which on it is sa
 SATURATED_NS = 2 * NS_PER_S  # [ns] after which an orientation filter has recovered
 SLIP_NS = NS_PER_S // 40  # [ns] without a further jump, after which it is no bad sample
 
-Quaternion = tuple[float, float, float, float]
-
 
 class _OrientationMemory(NamedTuple):
-    """Memory of each IMU, from sample to sample."""
+    """Memory of each IMU, from sample to sample; the defaults are the row of a new one."""
 
-    stamp_ns: NDArray[np.int64]  # (imus,) of the last sample; 0: none
-    orientation: FloatArray  # (imus, 4) of the last sample, unchanged
-    rate: FloatArray  # (imus, 3) [rad/s] of the last sample
-    same_s: FloatArray  # (imus,) [s] for which orientation and rate have been constant
-    jump_ns: NDArray[np.int64]  # (imus,) stamp of the last jump
-    jumps: FloatArray  # (imus,) number of recent jumps, decaying
-    is_doubted: NDArray[np.bool_]  # (imus,) whether a jump may be a slip, or bad samples
-    believed: FloatArray  # (imus, 4) orientation without the jump, by the gyroscope
-    slips: NDArray[np.int64]  # (imus,) number of slips
-    heading: FloatArray  # (imus,) [rad] correction of orientations about the vertical
-    set_aside: NDArray[np.bool_]  # (imus,)
-    largest: FloatArray  # (imus, 3) [rad/s] largest magnitude of the rate about each axis
-    repeated: NDArray[np.int64]  # (imus, 3) how often it has just been repeated
-    saturated_ns: NDArray[np.int64]  # (imus,) stamp of the last sample with a saturated rate
-    saturated: NDArray[np.int64]  # (imus,) number of samples rejected for that
+    stamp_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # of the last sample; 0: none
+    orientation: FloatArray = np.zeros((1, 4))  # of the last sample, unchanged
+    rate: FloatArray = np.zeros((1, 3))  # [rad/s] of the last sample
+    same_s: FloatArray = np.zeros(1)  # [s] for which orientation and rate have been constant
+    jump_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # stamp of the last jump
+    jumps: FloatArray = np.zeros(1)  # number of recent jumps, decaying
+    is_doubted: NDArray[np.bool_] = np.zeros(1, np.bool_)  # a jump may be a slip, or bad samples
+    believed: FloatArray = np.zeros((1, 4))  # orientation without the jump, by the gyroscope
+    slips: NDArray[np.int64] = np.zeros(1, np.int64)  # number of slips
+    heading: FloatArray = np.zeros(1)  # [rad] correction of orientations about the vertical
+    set_aside: NDArray[np.bool_] = np.zeros(1, np.bool_)
+    largest: FloatArray = np.full((1, 3), LEAST_SATURATED)  # [rad/s] magnitude by axis
+    repeated: NDArray[np.int64] = np.zeros((1, 3), np.int64)  # how often it has just been repeated
+    saturated_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # stamp of the last saturated rate
+    saturated: NDArray[np.int64] = np.zeros(1, np.int64)  # number of samples rejected for that
 
 
 class OrientationCheck:
     """Passes the samples whose orientation agrees with their IMU's gyroscope."""
 
     def __init__(self) -> None:
-        self._rows = ImuRows(_make_memory)
+        self._rows = ImuRows(_OrientationMemory())
         self._check_samples = type_specialised(check_samples)
 
     @property
@@ -113,33 +112,13 @@ class OrientationCheck:
         self._check_samples(
             self._rows.memory,
             imu,
-            np.ascontiguousarray(block.stamps_ns),
+            block.stamps_ns,
             orientation,
-            np.ascontiguousarray(block.angular_velocity),
+            block.angular_velocity,
             is_used,
         )
         block = replace(block, orientation=orientation)
         return block if is_used.all() else block.rows(np.flatnonzero(is_used))
-
-
-def _make_memory(imus: int) -> _OrientationMemory:
-    return _OrientationMemory(
-        stamp_ns=np.zeros(imus, np.int64),
-        orientation=np.zeros((imus, 4)),
-        rate=np.zeros((imus, 3)),
-        same_s=np.zeros(imus),
-        jump_ns=np.zeros(imus, np.int64),
-        jumps=np.zeros(imus),
-        is_doubted=np.zeros(imus, np.bool_),
-        believed=np.zeros((imus, 4)),
-        slips=np.zeros(imus, np.int64),
-        heading=np.zeros(imus),
-        set_aside=np.zeros(imus, np.bool_),
-        largest=np.full((imus, 3), LEAST_SATURATED),
-        repeated=np.zeros((imus, 3), np.int64),
-        saturated_ns=np.zeros(imus, np.int64),
-        saturated=np.zeros(imus, np.int64),
-    )
 
 
 @compiled_in_place
@@ -256,7 +235,7 @@ def orientation_jump(
     """
     expected = integrated_orientation(before, rate_before, rate, dt_s)
     back = (-expected[0], -expected[1], -expected[2], expected[3])
-    a, b, c, d = product((after[0], after[1], after[2], after[3]), back)
+    a, b, c, d = quaternion_product((after[0], after[1], after[2], after[3]), back)
     if d < 0.0:
         a, b, c, d = -a, -b, -c, -d
     across = np.sqrt(a * a + b * b)
@@ -278,37 +257,3 @@ def orientation_jump(
     if apart <= SMALLEST_JUMP + SCALE_ERROR * turned + 0.5 * dt_s * change:
         return 0.0, 0.0, 0.0
     return apart, 2.0 * np.arctan2(across, np.sqrt(c * c + d * d)), 2.0 * np.arctan2(c, d)
-
-
-@compiled_in_place
-def integrated_orientation(
-    before: FloatArray, rate_before: FloatArray, rate: FloatArray, dt_s: float
-) -> Quaternion:
-    """An orientation, (4,), turned on by the mean of two rates, (3,) [rad/s]."""
-    x = 0.5 * dt_s * (rate_before[0] + rate[0])
-    y = 0.5 * dt_s * (rate_before[1] + rate[1])
-    z = 0.5 * dt_s * (rate_before[2] + rate[2])
-    angle = np.sqrt(x * x + y * y + z * z)
-    part = 0.5 if angle < SMALL_ANGLE else np.sin(0.5 * angle) / angle
-    turn = (part * x, part * y, part * z, np.cos(0.5 * angle))
-    return product((before[0], before[1], before[2], before[3]), turn)
-
-
-@compiled_in_place
-def is_equal(one: FloatArray, other: FloatArray) -> bool:
-    """Whether two arrays are identical."""
-    is_same = True
-    for k in range(len(one)):
-        is_same &= one[k] == other[k]
-    return is_same
-
-
-@compiled_in_place
-def product(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Product of two quaternions, x y z w."""
-    return (
-        p[3] * q[0] + p[0] * q[3] + p[1] * q[2] - p[2] * q[1],
-        p[3] * q[1] - p[0] * q[2] + p[1] * q[3] + p[2] * q[0],
-        p[3] * q[2] + p[0] * q[1] - p[1] * q[0] + p[2] * q[3],
-        p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2],
-    )

@@ -23,7 +23,7 @@ from pose_core.arrays import FloatArray
 from pose_core.finite_numbers import are_known
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
-from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, LIMB_JOINTS, SEGMENT_ENDS, SIDES
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, LEGS, SEGMENT_ENDS, SIDES
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = 160_000_000  # [ns] between two frames of a camera: their errors are correlated
@@ -42,8 +42,8 @@ LEAST_GAIN = 12.0  # [-] of the squared distance; without slips, 7 of 379 IMUs h
 LEAST_SHARE = 0.33  # [-] of it, for each camera
 
 _LEGS = {
-    f"{side}_{segment}": [JOINT_PAIRS[joint][k] for joint in LIMB_JOINTS[0]]
-    for k, side in enumerate(SIDES)
+    f"{side}_{segment}": leg
+    for side, leg in zip(SIDES, LEGS, strict=True)
     for segment in ("thigh", "shank")
 }
 _MISSING = len(JOINT_INDEX)  # index of a joint that is never measured

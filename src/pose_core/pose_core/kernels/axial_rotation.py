@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled
+from pose_core.kernels.linear_algebra import cross, dot, norm
 from pose_core.kernels.rotations import rotate_left
-from pose_core.kernels.vectors import cross, dot, norm
 
 STRAIGHT = float(np.sin(np.radians(10.0)))  # [-] sine of a flexion: no weight below
 BENT = float(np.sin(np.radians(30.0)))  # [-] sine of a flexion: full weight above

@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.kernels.vectors import cross, dot, norm
+from pose_core.kernels.linear_algebra import cross, dot, norm
 
 
 @compiled_in_place
@@ -22,7 +23,8 @@ def transform_to_map(
             positions_map[j, i] = T_map_sensor[i, 3]
             for k in range(3):
                 positions_map[j, i] += T_map_sensor[i, k] * positions[j, k]
-        observed_state[j] = state[j] if np.isfinite(positions_map[j, 0]) else 0
+        is_known = np.isfinite(positions_map[j, 0])
+        observed_state[j] = state[j] if is_known else np.uint8(TrackingState.NOT_TRACKED)
 
 
 @compiled_in_place

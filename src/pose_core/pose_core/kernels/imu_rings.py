@@ -10,6 +10,7 @@ from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.interpolation import interpolate, rotated_right
 from pose_core.stamps import NS_PER_S
 
+SAMPLES = 512  # stored for each IMU: half a second of the fastest
 HISTORY_NS = NS_PER_S  # a larger step back means that a clock was set back
 MAX_GAP_NS = 100_000_000  # a longer gap is not interpolated
 SLOPE_NS = 20_000_000  # over which the slope of a rate is computed
@@ -17,14 +18,17 @@ LONGEST_SLOPE_NS = 40_000_000  # for which a rate is extrapolated linearly
 
 
 class ImuRings(NamedTuple):
-    """The last samples of each IMU: ``size`` of them, the newest at ``newest``."""
+    """The last samples of each IMU: ``size`` of them, the newest at ``newest``.
 
-    stamps_ns: NDArray[np.int64]  # (imus, size) [ns]
-    orientation: FloatArray  # (imus, size, 4)
-    stddev: FloatArray  # (imus, size, 3) [rad]
-    rate: FloatArray  # (imus, size, 3) [rad/s]
-    newest: NDArray[np.int64]  # (imus,)
-    filled: NDArray[np.int64]  # (imus,) how many there are
+    The defaults are the row of one new IMU.
+    """
+
+    stamps_ns: NDArray[np.int64] = np.zeros((1, SAMPLES), np.int64)  # (imus, size) [ns]
+    orientation: FloatArray = np.zeros((1, SAMPLES, 4))  # (imus, size, 4)
+    stddev: FloatArray = np.zeros((1, SAMPLES, 3))  # (imus, size, 3) [rad]
+    rate: FloatArray = np.zeros((1, SAMPLES, 3))  # (imus, size, 3) [rad/s]
+    newest: NDArray[np.int64] = np.full(1, -1, np.int64)  # (imus,)
+    filled: NDArray[np.int64] = np.zeros(1, np.int64)  # (imus,) how many there are
 
 
 @compiled_in_place

@@ -7,10 +7,9 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ModelArrays
+from pose_core.kernels.linear_algebra import Symmetric, dot, inverse
 from pose_core.kernels.published_state import DofEstimate, PublishedState
 from pose_core.kernels.rotations import logarithm, transposed_product
-from pose_core.kernels.small_matrices import Symmetric, inverse
-from pose_core.kernels.vectors import dot
 
 FULL_TURN = 2.0 * np.pi
 RATE_DAMPING = 0.05  # [-] damping of the rates where two axes of a joint nearly coincide

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_PAIRS, LIMB_JOINTS
 from pose_core.kernels.compiling import compiled_in_place
 
 LEAST_JOINTS = 3  # [-] observed joints of a group, below which its mean distance is not used
-LIMBS = (("shoulder", "elbow", "hand"), ("hip", "knee", "foot"))
 
 
 class SwapArrays(NamedTuple):
@@ -27,10 +26,7 @@ class SwapArrays(NamedTuple):
 
 
 SWAPS = SwapArrays(
-    groups=np.array(
-        [[[JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in limb] for limb in LIMBS],
-        np.int64,
-    ),
+    groups=np.array([[JOINT_PAIRS[name] for name in limb] for limb in LIMB_JOINTS], np.int64),
     far=0.12,
     clear=0.5,
 )
@@ -69,10 +65,11 @@ def undo_swaps(
     for group in range(len(arrays.groups)):
         pairs = arrays.groups[group]
         as_observed = mean_distance(observed, predicted, pairs, False)
-        if not as_observed > arrays.far:  # of NaN too
+        if not as_observed > arrays.far:  # also true for NaN
             continue
+        # false for NaN
         if mean_distance(observed, predicted, pairs, True) < arrays.clear * as_observed:
-            for left, right in pairs:  # not of NaN
+            for left, right in pairs:
                 order[left], order[right] = order[right], order[left]
             count += 1
     return count

@@ -18,9 +18,6 @@ from pose_core.kernels.published_state import PublishedState
 TRACKED_STDDEV = 0.25  # [m] bound for TRACKED, over the three axes
 INFERRED_STDDEV = 0.60  # [m] bound for INFERRED, over the three axes
 MIN_TRACKED_INFORMATION = 1.0  # [1/rad²] information on a link that counts as measured
-TRACKED, INFERRED, NOT_TRACKED = (
-    int(each) for each in (TrackingState.TRACKED, TrackingState.INFERRED, TrackingState.NOT_TRACKED)
-)
 
 
 @compiled
@@ -62,8 +59,8 @@ def tracking_states(model: ModelArrays, states: PublishedState, out: NDArray[np.
                         turned -= p[i] * C[i, k] * p[k]
                 variance[joint] = origin + max(turned, 0.0)
                 stddev = np.sqrt(variance[joint] * states.scale[row, 0])
-                state = NOT_TRACKED
+                state = TrackingState.NOT_TRACKED
                 if stddev <= INFERRED_STDDEV:
                     is_measured = information > MIN_TRACKED_INFORMATION and stddev <= TRACKED_STDDEV
-                    state = TRACKED if is_measured else INFERRED
+                    state = TrackingState.TRACKED if is_measured else TrackingState.INFERRED
                 out[row, joint] = state

@@ -46,6 +46,7 @@ class PeoplePipeline:
         skeletons: Number of skeletons that were given to a person's pipeline.
         subject_frames: Number of frames of the subject, by sensor.
         imu_samples: Number of IMU samples added.
+        estimates: Number of estimates published, by id.
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class PeoplePipeline:
         self._waiting: SampleBuffer[Frame] = SampleBuffer(self._counters)
         self._held_imus: deque[tuple[int, ImuBlock]] = deque()  # with the newest frame's stamp [ns]
         self._pipelines = PersonPipelines(parameters, outlet, self._counters, is_live=is_live)
+        self.estimates = self._pipelines.estimates
         if extrinsics is not None:
             self.use_extrinsics(extrinsics)
 
@@ -101,11 +103,6 @@ class PeoplePipeline:
     def others(self) -> int:
         """Number of people in view whose pose is not estimated."""
         return sum(track.number not in self._pipelines.people for track in self._people.present)
-
-    @property
-    def estimates(self) -> dict[str, int]:
-        """Number of estimates published, by id."""
-        return self._pipelines.estimates
 
     @property
     def people_counts(self) -> dict[str, int]:

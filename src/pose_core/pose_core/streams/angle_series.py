@@ -7,7 +7,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwrapped
-from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries
+from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, interpolated
 
 SIDEWAYS = np.radians(60.0)  # [rad] of abduction: beyond it flexion is undefined
 
@@ -75,17 +75,4 @@ def _interpolated(
     wanted: IntArray, stamps_ns: IntArray, values: FloatArray, max_gap_s: float
 ) -> FloatArray:
     known = np.isfinite(values)
-    result = np.full(len(wanted), np.nan)
-    if known.sum() < 2:
-        return result
-    own, values = stamps_ns[known], values[known]
-    after = np.clip(np.searchsorted(own, wanted), 1, len(own) - 1)
-    inside = (wanted >= own[0]) & (wanted <= own[-1])
-    near = (own[after] - own[after - 1]) <= max_gap_s * 1e9
-    hit = (own[after] == wanted) | (own[after - 1] == wanted)
-    usable = inside & (near | hit)
-    begin_ns = int(own[0])  # floats hold differences exactly, not stamps
-    result[usable] = np.interp(
-        (wanted[usable] - begin_ns).astype(float), (own - begin_ns).astype(float), values
-    )
-    return result
+    return interpolated(wanted, stamps_ns[known], values[known], max_gap_s)

@@ -49,7 +49,10 @@ class ImuSample:
 
 @dataclass(frozen=True, kw_only=True)
 class ImuBlock:
-    """n samples of several IMUs, in the order of their arrival; see :class:`ImuSample`."""
+    """n samples of several IMUs, in the order of their arrival; see :class:`ImuSample`.
+
+    Its arrays are contiguous, as the kernels need them.
+    """
 
     segments: tuple[str, ...]
     imu: NDArray[np.int64]  # (n,) index into ``segments``
@@ -58,6 +61,10 @@ class ImuBlock:
     orientation_stddev: FloatArray  # (n, 3) [rad]
     angular_velocity: FloatArray  # (n, 3) [rad/s]
     linear_acceleration: FloatArray  # (n, 3) [m/s²]; NaN: not known
+
+    def __post_init__(self) -> None:
+        for name in ("imu", "stamps_ns", *MEASURED):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name)))
 
     def __len__(self) -> int:
         return len(self.stamps_ns)

@@ -71,23 +71,7 @@ class SkeletonSeries:
             Positions [m], shape (m, 15, 3): NaN outside the series, inside longer gaps, and where
             either neighbour is NaN.
         """
-        result = np.full((len(stamps_ns), len(JOINTS), 3), np.nan)
-        if len(self) == 0:
-            return result
-        after = np.searchsorted(self.stamps_ns, stamps_ns)
-        inside = after < len(self)
-        exact = inside.copy()
-        exact[inside] = self.stamps_ns[after[inside]] == stamps_ns[inside]
-        result[exact] = self.positions[after[exact]]
-        between = inside & ~exact & (after > 0)
-        last = after[between]
-        step_ns = self.stamps_ns[last] - self.stamps_ns[last - 1]
-        share = (stamps_ns[between] - self.stamps_ns[last - 1]) / step_ns
-        start = self.positions[last - 1]
-        interpolated = start + share[:, None, None] * (self.positions[last] - start)
-        interpolated[step_ns > max_gap_s * 1e9] = np.nan
-        result[between] = interpolated
-        return result
+        return interpolated(stamps_ns, self.stamps_ns, self.positions, max_gap_s)
 
     def on_grids(self, rate: float) -> list[FloatArray]:
         """Positions at a constant rate [Hz], (m, 15, 3) for each stretch without a long gap."""
@@ -98,6 +82,37 @@ class SkeletonSeries:
             for stretch in np.split(self.stamps_ns, gaps)
             if len(stretch)
         ]
+
+
+def interpolated(
+    wanted: IntArray, stamps_ns: IntArray, values: FloatArray, max_gap_s: float
+) -> FloatArray:
+    """Interpolate values linearly at other instants, never extrapolate.
+
+    Args:
+        wanted: The instants [ns], shape (m,).
+        stamps_ns: Instants of the values [ns], strictly increasing, shape (n,).
+        values: Shape (n, ...).
+        max_gap_s: Longest distance [s] of two values to interpolate between.
+
+    Returns:
+        Shape (m, ...): NaN outside the values, inside longer gaps, and where either neighbour is
+        NaN.
+    """
+    result = np.full((len(wanted), *values.shape[1:]), np.nan)
+    after = np.searchsorted(stamps_ns, wanted)
+    inside = after < len(stamps_ns)
+    exact = inside.copy()
+    exact[inside] = stamps_ns[after[inside]] == wanted[inside]
+    result[exact] = values[after[exact]]
+    between = inside & ~exact & (after > 0)
+    last = after[between]
+    step_ns = stamps_ns[last] - stamps_ns[last - 1]
+    share = (wanted[between] - stamps_ns[last - 1]) / step_ns
+    share[step_ns > max_gap_s * 1e9] = np.nan
+    start = values[last - 1]
+    result[between] = start + share.reshape(-1, *[1] * (values.ndim - 1)) * (values[last] - start)
+    return result
 
 
 def series_from_samples(samples: Iterable[SkeletonSample]) -> SkeletonSeries:

@@ -99,7 +99,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--output",
         type=Path,
-        metavar="MENDED",
+        metavar="REPAIRED",
         help="write the intact part of BAG as a new bag; BAG itself is never changed",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")

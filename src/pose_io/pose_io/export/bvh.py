@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.api import ROOT_DOF, BodyModel, Dof, Link, unwrapped
 from pose_core.arrays import FloatArray
-from pose_core.body.plain_numbers import plain_numbers
 from pose_core.errors import InputError
+from pose_core.finite_numbers import plain_numbers
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion
