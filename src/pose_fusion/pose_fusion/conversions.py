@@ -29,6 +29,7 @@ from pose_io.names import BODIES, WORLD_FRAME, sensor_frame
 from pose_node.conversions import ns_to_stamp, to_header
 
 BONE_WIDTH = 0.03  # [m]
+MARKER_LIFETIME_S = 1  # [s] after which RViz removes a body that is published no more
 JOINT_DIAMETER = 0.06  # [m]
 STATE_COLORS = {  # safe for colour-blind eyes
     TrackingState.TRACKED: (0.0, 0.45, 0.70),
@@ -165,6 +166,7 @@ def to_markers(estimate: BodyEstimate, model: BodyModel, body_id: str) -> Marker
     )
     balls.scale.x = balls.scale.y = balls.scale.z = JOINT_DIAMETER
     bones.pose.orientation.w = balls.pose.orientation.w = 1.0
+    bones.lifetime.sec = balls.lifetime.sec = MARKER_LIFETIME_S
     points = _points(estimate.joints)
     for ends in bone_ends(model):
         bones.points += [points[JOINT_INDEX[joint]] for joint in ends]

@@ -79,9 +79,11 @@ class ArmController:
     def step(self, now: Now, is_held: bool) -> ArmCommand | None:
         """Update the state and compute the command; None while the robot is not commanded."""
         self._target = None
+        fault = self._fault(now)
+        self.monitor.count(fault if fault or is_held else ArmFault.NOT_HELD)
         state = self.supervisor.update(
             now_ns=now.steady_ns,
-            fault=self._fault(now),
+            fault=fault,
             is_held=is_held,
             is_at_rest=self.limiter.motion.is_at_rest,
             distance=self._distance,

@@ -43,6 +43,7 @@ class InputMonitor:
         self._names = angle_names(parameters.side)
         self._max_age_ns = round(parameters.max_age * NS_PER_S)
         self.counters = Counters("joint_states", "estimates", *(f.name.lower() for f in ArmFault))
+        self._counted: ArmFault | None = None
         self.arm: PersonArm | None = None
         self.angles: FloatArray = np.zeros(4)
         self.rates: FloatArray = np.zeros(4)
@@ -131,14 +132,14 @@ class InputMonitor:
         is_uncertain = now.steady_ns - self._certain_ns > UNCERTAIN_NS
         self._content["estimate"] = ArmFault.UNCERTAIN if is_uncertain else None
 
-    def fault(self, now: Now) -> ArmFault | None:
-        """The current fault, None without one; counts new faults."""
-        found = self._find(now)
-        if found is not None:
-            self.counters.add(found.name.lower())
-        return found
+    def count(self, fault: ArmFault | None) -> None:
+        """Count a fault, of the input or another one, when it begins."""
+        if fault is not None and fault is not self._counted:
+            self.counters.add(fault.name.lower())
+        self._counted = fault
 
-    def _find(self, now: Now) -> ArmFault | None:
+    def fault(self, now: Now) -> ArmFault | None:
+        """The current fault of the input, None without one."""
         if self.arm is None:
             return ArmFault.NO_URDF
         if self._angles_at is None or self._estimate_at is None:

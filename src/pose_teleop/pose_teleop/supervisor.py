@@ -52,6 +52,7 @@ class Supervisor:
     Attributes:
         state: State of the robot.
         fault: The last fault, or the one that prevents a start; None while the robot follows.
+        latched: The fault after which the dead-man input has to be released; None without one.
 
     Args:
         parameters: Times, velocity and tolerance of the start; kind of the dead-man input.
@@ -64,7 +65,7 @@ class Supervisor:
         self._parameters, self._full_velocity = parameters, full_velocity
         self._settle_ns = round(parameters.settle_time * NS_PER_S)
         self._ramp_ns = round(parameters.ramp_time * NS_PER_S)
-        self._is_latched = False
+        self.latched: ArmFault | None = None
         self._well_since_ns: int | None = None
         self._moving_since_ns = 0  # in this state
         self._begun_at = parameters.soft_velocity  # velocity limit at the start of FOLLOWING
@@ -105,10 +106,10 @@ class Supervisor:
         if fault is None and not is_held:
             fault = ArmFault.NOT_HELD
         self._latch(fault, is_held)
-        is_well = fault is None and not self._is_latched
+        is_well = fault is None and self.latched is None
         if not is_well:
             self._well_since_ns = None
-            self.fault = fault or self.fault
+            self.fault = self.latched or fault or self.fault
         elif self._well_since_ns is None:
             self._well_since_ns = now_ns
         moves = self.state in (State.SOFT_START, State.FOLLOWING)
@@ -127,9 +128,9 @@ class Supervisor:
     def _latch(self, fault: ArmFault | None, is_held: bool) -> None:
         can_be_released = self._parameters.dead_man != "none"
         if fault in LATCHED and can_be_released and self.state is not State.WAITING:
-            self._is_latched = True
+            self.latched = fault
         elif not is_held:
-            self._is_latched = False
+            self.latched = None
 
     def _wait(self, is_well: bool) -> None:
         if not is_well:

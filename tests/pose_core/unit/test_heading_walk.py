@@ -45,3 +45,13 @@ def test_a_random_walk_is_measured_however_samples_come_in_blocks():
         in_parts.add(given.rows(slice(first, first + 7)))
     assert at_once.disturbed == in_parts.disturbed
     assert at_once.disturbed["torso"] == pytest.approx(np.radians(5.0), rel=0.3)
+
+
+def test_gaps_and_a_gyroscope_at_rest_are_no_walk():
+    orientations, rates = turning(60.0)
+    silent = np.r_[0:1500, 2000:3000, 3500:6000]
+    dead = rates.copy()
+    dead[1000:1400] = 0.0
+    walks = HeadingWalks()
+    walks.add(block(orientations, dead).rows(silent))
+    assert not walks.unsound

@@ -97,6 +97,26 @@ def test_an_imu_that_repeats_one_sample_is_rejected(speed):
     assert len(check.checked(given.rows(slice(150, 250)))) == 0
 
 
+def test_an_imu_that_repeats_its_orientation_while_its_gyroscope_turns_is_rejected():
+    orientations, rates = turning(4.0)
+    stuck = changed(orientations, slice(100, 200), lambda some: some[np.zeros(len(some), int)])
+    check = OrientationCheck()
+    given = block(stuck, rates)
+    assert len(check.checked(given.rows(slice(0, 200)))) < 140
+    assert check.set_aside == ("torso",)
+    again = check.checked(given.rows(slice(200, 400)))
+    assert len(again) > 90
+    assert not check.slips
+    assert not check.headings
+
+
+def test_a_gyroscopes_noise_is_no_turn():
+    rng = np.random.default_rng(4)
+    orientations = Rotation.from_quat(np.tile([0.0, 0.0, 0.0, 1.0], (3000, 1)))
+    rates = 0.02 + 0.03 * rng.standard_normal((3000, 3))
+    assert len(OrientationCheck().checked(block(orientations, rates))) == 3000
+
+
 def test_a_stationary_sensor_may_repeat_its_samples():
     orientations = Rotation.from_quat(np.tile([0.0, 0.0, 0.0, 1.0], (300, 1)))
     rates = np.zeros((300, 3))

@@ -101,6 +101,18 @@ def test_any_fault_slows_it_down_to_a_stop(fault):
     assert story.supervisor.fault is fault
 
 
+def test_a_latched_fault_is_named_until_the_dead_man_input_is_released():
+    story = Story().follow()
+    story.go(1, fault=ArmFault.LAGS)
+    story.go(5, fault=ArmFault.NO_ROBOT, at_rest=True)
+    story.go(50, at_rest=True)
+    assert story.supervisor.fault is story.supervisor.latched is ArmFault.LAGS
+
+    story.go(1, held=False, at_rest=True)
+    assert story.supervisor.latched is None
+    assert story.supervisor.fault is ArmFault.NOT_HELD
+
+
 def test_letting_go_of_the_dead_man_input_stops_it():
     story = Story().follow()
 

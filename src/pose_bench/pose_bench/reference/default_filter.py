@@ -34,7 +34,7 @@ from pose_core.filter.posture import OPPOSITE
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.update import UpdateConstants
-from pose_core.joints import JOINTS
+from pose_core.joints import JOINTS, TrackingState
 
 LARGEST_STDDEV = 1.2  # [rad]
 LONGEST_GAP_S, CAMERA_TIMEOUT_S = 0.1, 0.15
@@ -125,7 +125,7 @@ class ReferenceFilter:
         self._estimate_delay(frame, view, joints, weights)
         if joints:
             self._estimate_shared_offsets(frame.sensor, view)
-        self._note_contradictions(frame.sensor, joints, distance)
+        self._note_contradictions(frame, joints, distance)
         information = np.zeros((len(state.heading), 3, 3))
         for group, weight in zip(joints, weights, strict=False):
             for link in range(len(information)):
@@ -259,15 +259,19 @@ class ReferenceFilter:
                 offset = np.cross(turn, [0.0, y, 0.0])
                 state.shared_offset[JOINTS.index(f"{side}_{line}")] = offset
 
-    def _note_contradictions(self, sensor: int, joints: list[Group], distance: FloatArray) -> None:
+    def _note_contradictions(
+        self, frame: CameraFrame, joints: list[Group], distance: FloatArray
+    ) -> None:
         """Smooth the joints' NIS; note the links that all active cameras contradict."""
         state, constants = self.state, self.constants.tracker_errors
+        sensor = frame.sensor
         gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
         state.silent_s[sensor] = 0.0
         share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)
         newest = np.zeros(state.nis.shape[1])
         for group, squared in zip(joints, distance, strict=False):
-            newest[group.source] = min(squared, SMOOTHED_NIS_CLIP)
+            if frame.tracking_state[group.source] == TrackingState.TRACKED:
+                newest[group.source] = min(squared, SMOOTHED_NIS_CLIP)
         state.nis[sensor] += share * (newest - state.nis[sensor])
         least = state.nis[state.silent_s < CAMERA_TIMEOUT_S].min(axis=0)[constants.ends]
         passed_s = np.where(least > CONTRADICTED, gap_s, -gap_s) / len(state.silent_s)

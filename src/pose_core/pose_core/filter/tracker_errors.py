@@ -24,6 +24,7 @@ from pose_core.filter.depth_errors import estimate_depth_errors
 from pose_core.filter.rows import Rows
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.update import UpdateResult
+from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
 SMOOTHED_NIS_CLIP = 400.0  # [-] to which a joint's NIS is clipped before it is smoothed
@@ -75,7 +76,7 @@ def update_tracker_errors(
     )
     estimate_offsets(state, frame, view, rows, joints, update)
     estimate_delay(constants, gap_s, state, frame, view, rows, joints, update.weights)
-    smooth_nis(constants, gap_s, state.nis[frame.sensor], rows, joints, update.nis)
+    smooth_nis(constants, gap_s, state.nis[frame.sensor], frame, rows, joints, update.nis)
     add_contradictions(constants, gap_s / len(state.silent_s), state)
 
 
@@ -171,16 +172,18 @@ def smooth_nis(
     constants: TrackerErrorConstants,
     gap_s: float,
     smoothed: FloatArray,
+    frame: CameraFrame,
     rows: Rows,
     joints: int,
     nis: FloatArray,
 ) -> None:
-    """Update a camera's smoothed NIS of each joint; of joints without measurement it decays.
+    """Update a camera's smoothed NIS of each joint; of joints that it does not track it decays.
 
     Args:
         constants: See :class:`TrackerErrorConstants`.
         gap_s: Time since the camera's last frame [s].
         smoothed: The camera's smoothed NIS, (joints,); updated.
+        frame: The frame.
         rows: Measurement rows of the update, those of joints first.
         joints: Number of groups of joints.
         nis: NIS of the groups, (groups,).
@@ -188,7 +191,8 @@ def smooth_nis(
     share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)
     smoothed *= 1.0 - share
     for group in range(joints):
-        smoothed[rows.source[group]] += share * min(nis[group], SMOOTHED_NIS_CLIP)
+        if frame.tracking_state[rows.source[group]] == TrackingState.TRACKED:
+            smoothed[rows.source[group]] += share * min(nis[group], SMOOTHED_NIS_CLIP)
 
 
 @compiled

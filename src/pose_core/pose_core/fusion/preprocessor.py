@@ -23,6 +23,7 @@ from pose_core.imu.imu_set import ImuSet
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import Clocks, block_on_reference_clock, on_reference_clock
+from pose_core.streams.held_joints import HeldJoints
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 
@@ -31,6 +32,7 @@ COUNTERS = (
     "skeletons_before_extrinsics",
     *sample_buffer.COUNTERS,
     "skeletons_of_unknown_sensors",
+    "joints_held",
     "imu_samples",
     "imu_samples_out_of_order",
     "imu_samples_without_orientation",
@@ -77,6 +79,7 @@ class Preprocessor:
             max_wait_s=parameters.max_wait,
         )
         self.imus = ImuSet()
+        self.held_joints = HeldJoints()
         self._sensors = SensorsInMap(parameters.sensors, None)
         self._measurement = BodyMeasurement(model, parameters.shape_duration)
         self.frames = FrameQueue(
@@ -125,6 +128,8 @@ class Preprocessor:
             self.counters.add("skeletons_before_extrinsics")
             self._waiting.add(sample)
             return
+        sample = self.held_joints.checked(sample)
+        self.counters.add("joints_held", len(self.held_joints.held[sample.sensor]))
         yield from self._observations(self._frames_of(sample))
 
     def _add_imu(self, block: ImuBlock) -> Iterator[Observation]:

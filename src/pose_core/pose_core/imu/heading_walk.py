@@ -23,6 +23,7 @@ from pose_core.streams.samples import ImuBlock
 
 LONG = 4  # [s]
 KEPT = float(np.exp(-1.0 / 60.0))  # [-] of the sums after a second
+LARGEST_CHANGE = 0.5  # [rad] in a second; more is a fault of the device or of its stamps
 SOUND = np.radians(1.5)  # [rad/√s] walk of most IMUs in an undisturbed field, at most
 DISTURBED = np.radians(2.5)  # [rad/√s] from which on the field is named
 
@@ -92,7 +93,9 @@ def watch_samples(
     for row in range(len(imu)):
         i = imu[row]
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
-        if 0.0 < dt_s <= LONGEST_STEP_S:
+        if dt_s > LONGEST_STEP_S:
+            memory.seconds[i], memory.since_s[i] = 0, 0.0
+        elif dt_s > 0.0:
             x, y, z, w = integrated_orientation(
                 memory.orientation[i], memory.rate[i], rate[row], dt_s
             )
@@ -118,6 +121,8 @@ def end_second(memory: _WalkMemory, i: int) -> None:
         past[k] = past[k - 1]
     past[0] = memory.heading[i]
     memory.seconds[i] += 1
+    if abs(past[0] - past[1]) > LARGEST_CHANGE:
+        memory.seconds[i] = 0
     if memory.seconds[i] > 1:
         add_change(short, past[0] - past[1])
     if memory.seconds[i] > LONG:

@@ -8,7 +8,7 @@ The remainder, :math:`q_k \otimes \hat q_k^{-1}`, is a jump of the orientation i
 frame. A jump about the vertical is one of the heading, for example if the IMU's north is reset: it
 is subtracted from all later samples. Any other large jump that the next samples do not undo is a
 slip: the sensor's orientation on the segment has changed, or another sensor uses its name. An IMU
-that jumps repeatedly, or repeats one sample although it rotates, is excluded until it has been
+that jumps repeatedly, or repeats its orientation although it rotates, is excluded until it has been
 steady for a second. So is one whose gyroscope is saturated, for two seconds: an axis stays at the
 largest value that it has had. What its orientation filter integrates then is wrong.
 """
@@ -32,6 +32,8 @@ LONGEST_STEP_S = 0.1  # [s] the gyroscope is not integrated over longer gaps
 SMALLEST_JUMP = 0.2  # [rad] larger than any orientation filter corrects between two samples
 SCALE_ERROR = 0.1  # [-] of a gyroscope
 STUCK_S = 0.3  # [s] for which a rotating IMU may repeat its rate and orientation
+STUCK_TURN = 0.3  # [rad] by which it may rotate while it repeats its orientation
+LEAST_RATE = 0.2  # [rad/s] more than a gyroscope's bias
 MOST_TILT = 0.1  # [rad] tilt that a jump of the heading may have
 TOLERATED = 3.0  # [jumps] before an IMU is excluded
 FORGIVEN = 2.0  # [jumps/s]
@@ -50,6 +52,7 @@ class _OrientationMemory(NamedTuple):
     orientation: FloatArray = np.zeros((1, 4))  # of the last sample, unchanged
     rate: FloatArray = np.zeros((1, 3))  # [rad/s] of the last sample
     same_s: FloatArray = np.zeros(1)  # [s] for which orientation and rate have been constant
+    turned: FloatArray = np.zeros(1)  # [rad] by its gyroscope since the orientation has changed
     jump_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # stamp of the last jump
     jumps: FloatArray = np.zeros(1)  # number of recent jumps, decaying
     is_doubted: NDArray[np.bool_] = np.zeros(1, np.bool_)  # a jump may be a slip, or bad samples
@@ -154,11 +157,8 @@ def check_samples(
             )
             if apart > 0.0 and tilt < MOST_TILT and not memory.set_aside[i]:
                 memory.heading[i] -= turn
-            is_same = is_equal(memory.orientation[i], orientation[row])
-            turns = rate[row, 0] != 0.0 or rate[row, 1] != 0.0 or rate[row, 2] != 0.0
-            is_same &= turns and is_equal(memory.rate[i], rate[row])
-            memory.same_s[i] = memory.same_s[i] + dt_s if is_same else 0.0
-            has_jumped = apart > 0.0 or memory.same_s[i] > STUCK_S
+            is_stuck = repeats_orientation(memory, i, orientation[row], rate[row], dt_s)
+            has_jumped = apart > 0.0 or is_stuck
             memory.jumps[i] = max(memory.jumps[i] - FORGIVEN * dt_s, 0.0)
             believed = memory.orientation[i]
             if memory.is_doubted[i]:
@@ -192,6 +192,28 @@ def check_samples(
             x, y, z, w = orientation[row]
             orientation[row, 0], orientation[row, 1] = c * x - s * y, c * y + s * x
             orientation[row, 2], orientation[row, 3] = c * z + s * w, c * w - s * z
+
+
+@compiled_in_place
+def repeats_orientation(
+    memory: _OrientationMemory, i: int, orientation: FloatArray, rate: FloatArray, dt_s: float
+) -> bool:
+    """Whether an IMU rotates by its gyroscope, but sends the same orientation again and again.
+
+    Args:
+        memory: Memory of the IMUs; updated.
+        i: The IMU.
+        orientation: Of this sample, (4,).
+        rate: Of this sample, (3,) [rad/s].
+        dt_s: Time since the last sample [s].
+    """
+    speed = np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2)
+    is_same = is_equal(memory.orientation[i], orientation)
+    same_rate = speed > 0.0 and is_equal(memory.rate[i], rate)
+    memory.same_s[i] = memory.same_s[i] + dt_s if is_same and same_rate else 0.0
+    turn = speed * dt_s if speed > LEAST_RATE else 0.0
+    memory.turned[i] = memory.turned[i] + turn if is_same else 0.0
+    return memory.same_s[i] > STUCK_S or memory.turned[i] > STUCK_TURN
 
 
 @compiled_in_place

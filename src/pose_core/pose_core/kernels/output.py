@@ -17,6 +17,7 @@ from pose_core.kernels.output_blending import (
     Blending,
     blend_angle,
     decay,
+    doubt_sweeping_joints,
     elapsed_s,
 )
 from pose_core.kernels.published_state import DofEstimate, PublishedState, make_dof_estimate
@@ -142,6 +143,7 @@ def blend(
     is_known[:ROOT_DOF] = True
     for at in range(ROOT_DOF, len(is_known)):
         is_known[at] = blend_angle(blending, at, dt_s, dof, body.limits[at])
+    doubt_sweeping_joints(body.model, body.limits, blending, dof, is_known)
 
 
 @compiled

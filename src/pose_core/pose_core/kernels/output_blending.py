@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.forward_kinematics import ModelArrays
 from pose_core.kernels.published_state import DofEstimate
 
 BLEND_S = 0.005  # [s] 1/k of a certain angle, and of the joints' positions
@@ -143,3 +144,35 @@ def blend_angle(
     grown = min(excess + UNKNOWN_GROWTH * blending.unknown_s[at], LARGEST_UNKNOWN)
     dof.blended[at] = grown**2 + e**2
     return is_known
+
+
+@compiled_in_place
+def doubt_sweeping_joints(
+    model: ModelArrays,
+    limits: FloatArray,
+    blending: Blending,
+    dof: DofEstimate,
+    is_known: NDArray[np.bool_],
+) -> None:
+    """While an angle of a joint sweeps to another value, none of the joint's angles is known.
+
+    Together they are another rotation than the filter's.
+
+    Args:
+        model: The body.
+        limits: Lower and upper limits, (d, 2) [rad].
+        blending: The last output.
+        dof: The filter's estimate; what blending adds to the variances is updated.
+        is_known: Updated, (d,).
+    """
+    for link in range(1, len(model.parents)):
+        apart = 0.0
+        for at in model.dof[link, : model.dof_count[link]]:
+            goal = min(max(dof.position[at], limits[at, 0]), limits[at, 1])
+            if abs(dof.position[at] - goal) <= UNKNOWN_BEYOND:
+                apart = max(apart, abs(blending.position[at] - goal))
+        if apart <= UNKNOWN_APART:
+            continue
+        for at in model.dof[link, : model.dof_count[link]]:
+            is_known[at] = False
+            dof.blended[at] = max(dof.blended[at], apart**2)

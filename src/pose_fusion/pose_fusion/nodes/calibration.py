@@ -18,7 +18,7 @@ from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import Clock, Clocks, Extrinsics
 from pose_core.counters import Counters
-from pose_core.errors import InputError
+from pose_core.errors import InputError, ParameterError
 from pose_core.joints import SEGMENT_ENDS
 from pose_fusion.conversions import to_clock_messages, to_extrinsics_messages, to_static_tf
 from pose_fusion.nodes.calibration_report import calibration_report
@@ -62,6 +62,8 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         known = None
         if self._file is not None and self._file.exists():
             known = load_extrinsics_of(self._file, parameters.sensors)
+        elif self._file is not None and not self._file.parent.is_dir():
+            raise ParameterError(f"file = {self._file}: expected a file in an existing folder")
         self._kept = kept_file(self.get_fully_qualified_name(), parameters.run)
         kept = None
         if known is None and self._kept is not None and self._kept.exists():

@@ -85,6 +85,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._static_transforms = StaticTransforms()
         self._shared: dict[str, int] = {}
         """Number of reports in a row in which a topic had several publishers."""
+        self._reported_ns = 0  # time of the last report
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._person = self._kept_person.load() or self.settings.person
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
@@ -302,7 +303,19 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._counters.add("messages_lost", sum(lost.values()))
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
-        return self._reporter.report(unused, self._malformed, lost, self._several_publishers())
+        return self._reporter.report(
+            unused, self._malformed, lost, self._several_publishers(), self._clock_trouble()
+        )
+
+    def _clock_trouble(self) -> str:
+        """What is wrong with simulated time; empty if nothing is, or time is not simulated."""
+        clock, before_ns = self.get_clock(), self._reported_ns
+        self._reported_ns = clock.now().nanoseconds
+        if not clock.ros_time_is_active or self._reported_ns != before_ns:
+            return ""
+        if before_ns == 0:
+            return "nobody publishes /clock: ./pose play --clock, or set use_sim_time to false"
+        return "/clock stands still: is the playback paused, or over?"
 
     def _several_publishers(self) -> dict[str, int]:
         """Number of publishers of each topic that should have one and has several."""

@@ -47,6 +47,7 @@ class FusionReporter:
         imus |= {f"{name}'s field" for name in self._pipeline.subject.imus.walks.disturbed}
         imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
         names = {f"{sensor}'s names" for sensor in self._watch.faulty}
+        names |= {f"{sensor}'s joints" for sensor in self._held_joints}
         missing = {*self.excluded, *self._watch.missing, *imus, *names}
         return missing if self._is_tracking else {*missing, "everything"}
 
@@ -56,6 +57,7 @@ class FusionReporter:
         malformed: Mapping[str, str],
         lost: Mapping[str, int],
         publishers: Mapping[str, int] | None = None,
+        clock_trouble: str = "",
     ) -> Report:
         """The report as of the last check.
 
@@ -64,14 +66,18 @@ class FusionReporter:
             malformed: Errors in the last messages of other topics, by topic.
             lost: Number of messages lost since the last report, by source.
             publishers: Number of publishers of each topic that has several.
+            clock_trouble: What is wrong with simulated time.
         """
         has_subject = self._pipeline.status == "tracking"
-        is_ok = has_subject and not (self._unused_sources() or malformed or lost or publishers)
+        is_ok = has_subject and not (
+            self._unused_sources() or malformed or lost or publishers or clock_trouble
+        )
+        remarks = self._remarks(unused, malformed, lost, publishers or {})
+        if clock_trouble:  # the sources' stamps and silence follow from it
+            remarks = iter([f"use_sim_time is true, and {clock_trouble}"])
         return Report(
             level=Level.OK if is_ok else Level.WARN,
-            message="; ".join(
-                [self._tracking(), *self._remarks(unused, malformed, lost, publishers or {})]
-            ),
+            message="; ".join([self._tracking(), *remarks]),
             values={**self._values(), "sensors_not_used": ", ".join(unused) or "none"},
         )
 
@@ -105,6 +111,12 @@ class FusionReporter:
         return [use.segment for use in self._pipeline.subject.imu_uses if use.worn_on]
 
     @property
+    def _held_joints(self) -> Mapping[str, Sequence[str]]:
+        """Joints of the subject that cameras hold, of cameras that do."""
+        held = self._pipeline.subject.held_joints.held
+        return {sensor: joints for sensor, joints in held.items() if joints}
+
+    @property
     def excluded(self) -> Mapping[str, str]:
         """Sources whose stamps are implausible, and why."""
         return self._stamp_check.set_aside if self._stamp_check is not None else {}
@@ -129,6 +141,9 @@ class FusionReporter:
                 yield f"{sensor} does not show the subject: {why}"
         for sensor, why in self._watch.faulty.items():
             yield f"{sensor}: {why}"
+        for sensor, joints in self._held_joints.items():
+            what = "as INFERRED: it repeats their positions"
+            yield f"{sensor} holds {', '.join(joints)}, which count {what}"
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
             yield f"no samples from the IMU on {silent}: check its battery and radio"

@@ -162,7 +162,7 @@ def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
         for name, value in status.values.items():
             if name.startswith(STAGE):
                 stage = name.removeprefix(STAGE).replace("_", " ")
-                yield ok(f"latency, {stage}", f"median {value} ms")
+                yield ok(f"{status.name}: latency, {stage}", f"median {value} ms")
 
 
 def _statuses(snapshot: GraphSnapshot) -> Iterator[Finding]:

@@ -163,6 +163,8 @@ class ArmNode(Node):
     def _sentence(self) -> str:
         supervisor = self.controller.supervisor
         reason = "" if supervisor.fault is None else f": {supervisor.fault.value}"
+        if supervisor.latched is not None:
+            reason += "; release the dead-man input"
         return f"{supervisor.state.value}{reason}"
 
     def _report(self) -> Report:

@@ -1,0 +1,47 @@
+"""Finds joints that a tracker holds: it repeats them exactly while the others move.
+
+Many trackers go on sending the last position of a joint that they have lost, some of them as
+TRACKED. A measurement never repeats itself exactly, so a joint that does, and has not from the
+start, is no measurement: its state becomes INFERRED.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.streams.samples import SkeletonSample
+
+HELD_FRAMES = 6  # [frames] in a row with the same position, from which on a joint is held
+TRACKED, INFERRED = TrackingState.TRACKED, TrackingState.INFERRED
+
+
+class HeldJoints:
+    """Lowers the tracking state of joints that their sensor holds."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, SkeletonSample] = {}
+        self._repeats: dict[str, np.ndarray] = {}  # (15,) −1: the joint has not moved yet
+        self.held: Mapping[str, Sequence[str]] = {}
+        """Joints that each sensor holds in its last frame."""
+
+    def checked(self, sample: SkeletonSample) -> SkeletonSample:
+        """A sensor's next frame of a person, with its held joints as INFERRED."""
+        sensor = sample.sensor
+        last, self._last[sensor] = self._last.get(sensor, sample), sample
+        repeats = self._repeats.setdefault(sensor, np.full(len(JOINTS), -1))
+        is_same = (sample.positions == last.positions).all(axis=1)
+        has_moved = np.isfinite(sample.positions - last.positions).all(axis=1) & ~is_same
+        if has_moved.any():  # otherwise the whole frame is repeated
+            repeats[is_same & (repeats >= 0)] += 1
+            repeats[has_moved] = 0
+        is_held = (repeats >= HELD_FRAMES) & is_same & (sample.tracking_state == int(TRACKED))
+        self.held = {
+            **self.held,
+            sensor: [JOINTS[joint] for joint in np.flatnonzero(is_held)],
+        }
+        if not is_held.any():
+            return sample
+        state = np.where(is_held, np.uint8(INFERRED), sample.tracking_state)
+        return replace(sample, tracking_state=state)
