@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_core.streams.held_joints import HELD_FRAMES, HeldJoints
+from pose_core.streams.held_joints import HELD_FRAMES, LOST_FRAMES, HeldJoints
 from pose_core.streams.samples import SkeletonSample
 
 HAND = JOINT_INDEX["left_hand"]
@@ -28,11 +28,13 @@ def frames(count, held_from=None, joints=(HAND,)):
     ]
 
 
-def test_a_held_joint_becomes_inferred_and_is_named():
+def test_a_held_joint_becomes_inferred_then_not_tracked_and_is_named():
     check = HeldJoints()
     states = np.array([check.checked(each).tracking_state for each in frames(30, held_from=10)])
     assert (states[: 10 + HELD_FRAMES] == TrackingState.TRACKED).all()
-    assert (states[10 + HELD_FRAMES :, HAND] == TrackingState.INFERRED).all()
+    held = states[10 + HELD_FRAMES :, HAND]
+    assert (held[: LOST_FRAMES - HELD_FRAMES] == TrackingState.INFERRED).all()
+    assert (held[LOST_FRAMES - HELD_FRAMES :] == TrackingState.NOT_TRACKED).all()
     assert (np.delete(states, HAND, axis=1) == TrackingState.TRACKED).all()
     assert check.held == {"left": ["left_hand"]}
 

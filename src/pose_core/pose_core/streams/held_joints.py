@@ -1,8 +1,9 @@
 """Finds joints that a tracker holds: it repeats them exactly while the others move.
 
 Many trackers go on sending the last position of a joint that they have lost, some of them as
-TRACKED. A measurement never repeats itself exactly, so a joint that does, and has not from the
-start, is no measurement: its state becomes INFERRED.
+TRACKED. A measurement hardly ever repeats itself exactly (rounded positions of a joint at rest may,
+for some frames), so a joint that does, and has not from the start, is no measurement: its state
+becomes INFERRED, and soon NOT_TRACKED.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,8 +14,8 @@ import numpy as np
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import SkeletonSample
 
-HELD_FRAMES = 6  # [frames] in a row with the same position, from which on a joint is held
-TRACKED, INFERRED = TrackingState.TRACKED, TrackingState.INFERRED
+HELD_FRAMES = 6  # [frames] in a row with the same position, from which on a joint is INFERRED
+LOST_FRAMES = 15  # [frames] from which on it is NOT_TRACKED
 
 
 class HeldJoints:
@@ -24,10 +25,10 @@ class HeldJoints:
         self._last: dict[str, SkeletonSample] = {}
         self._repeats: dict[str, np.ndarray] = {}  # (15,) −1: the joint has not moved yet
         self.held: Mapping[str, Sequence[str]] = {}
-        """Joints that each sensor holds in its last frame."""
+        """Joints that each sensor holds in its last frame as TRACKED."""
 
     def checked(self, sample: SkeletonSample) -> SkeletonSample:
-        """A sensor's next frame of a person, with its held joints as INFERRED."""
+        """A sensor's next frame of a person, with the states of held joints lowered."""
         sensor = sample.sensor
         last, self._last[sensor] = self._last.get(sensor, sample), sample
         repeats = self._repeats.setdefault(sensor, np.full(len(JOINTS), -1))
@@ -36,12 +37,16 @@ class HeldJoints:
         if has_moved.any():  # otherwise the whole frame is repeated
             repeats[is_same & (repeats >= 0)] += 1
             repeats[has_moved] = 0
-        is_held = (repeats >= HELD_FRAMES) & is_same & (sample.tracking_state == int(TRACKED))
-        self.held = {
-            **self.held,
-            sensor: [JOINTS[joint] for joint in np.flatnonzero(is_held)],
-        }
+        is_held = (repeats >= HELD_FRAMES) & is_same
+        claimed = np.flatnonzero(is_held & (sample.tracking_state == TrackingState.TRACKED))
+        self.held = {**self.held, sensor: [JOINTS[joint] for joint in claimed]}
         if not is_held.any():
             return sample
-        state = np.where(is_held, np.uint8(INFERRED), sample.tracking_state)
-        return replace(sample, tracking_state=state)
+        is_lost = is_held & (repeats >= LOST_FRAMES)
+        most = np.where(is_held, TrackingState.INFERRED, TrackingState.TRACKED)
+        most[is_lost] = TrackingState.NOT_TRACKED
+        return replace(
+            sample,
+            positions=np.where(is_lost[:, None], np.nan, sample.positions),
+            tracking_state=np.minimum(sample.tracking_state, most).astype(np.uint8),
+        )

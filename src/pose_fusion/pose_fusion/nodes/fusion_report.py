@@ -142,8 +142,8 @@ class FusionReporter:
         for sensor, why in self._watch.faulty.items():
             yield f"{sensor}: {why}"
         for sensor, joints in self._held_joints.items():
-            what = "as INFERRED: it repeats their positions"
-            yield f"{sensor} holds {', '.join(joints)}, which count {what}"
+            what = "it repeats their positions: they are not used"
+            yield f"{sensor} holds {', '.join(joints)}: {what}"
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
             yield f"no samples from the IMU on {silent}: check its battery and radio"
