@@ -96,9 +96,9 @@ class DefaultEstimator(StepwiseEstimator):
         return self._filter.delays_s
 
     @property
-    def tracker_delay_stddev_s(self) -> FloatArray | None:
-        """Standard deviation of each delay, (sensors,) [s]."""
-        return self._filter.delay_stddev_s
+    def measured_delays_s(self) -> FloatArray | None:
+        """Measured delay of each tracker and its deviation, (2, sensors) [s]."""
+        return self._filter.measured_delays_s
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:

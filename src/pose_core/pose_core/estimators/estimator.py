@@ -78,8 +78,8 @@ class Estimator(ABC):
         return None
 
     @property
-    def tracker_delay_stddev_s(self) -> FloatArray | None:
-        """Standard deviation of each delay, (sensors,) [s]; None if they are not estimated."""
+    def measured_delays_s(self) -> FloatArray | None:
+        """Measured delay of each tracker and its deviation, (2, sensors) [s]; None if unknown."""
         return None
 
     @property

@@ -69,10 +69,16 @@ class ErrorStateFilter:
         self._compute_joints = type_specialised(compute_joints)
 
     @property
-    def delay_stddev_s(self) -> FloatArray:
-        """Standard deviation of each tracker's delay, (sensors,) [s], by the last seconds."""
-        prior = self._constants.tracker_errors.delay_prior
-        return np.asarray(DELAY_SCALE / np.sqrt(self._delay_sums[:, 0] + prior))
+    def measured_delays_s(self) -> FloatArray:
+        """Each tracker's delay by the last seconds and its deviation, (2, sensors) [s], unbounded.
+
+        A negative one means that the IMUs' samples are late.
+        """
+        constants = self._constants.tracker_errors
+        squared, product = self._delay_sums.T
+        weight = squared + constants.delay_prior
+        delays_s = (product + constants.delay_prior * constants.known_delay_s) / weight
+        return np.stack([delays_s, DELAY_SCALE / np.sqrt(weight)])
 
     def start(self, joints: FloatArray) -> bool:
         """Start at rest at measured joints, (15, 3) [m]; False if the trunk is not visible."""

@@ -105,18 +105,11 @@ class EstimatorRunner:
     @property
     def tracker_delays_ns(self) -> dict[str, int]:
         """Delay of each sensor's tracker [ns], to subtract from its stamps."""
-        delays_s = self._by_sensor(self.estimator.tracker_delays_s)
-        return {sensor: round(delay_s * NS_PER_S) for sensor, delay_s in delays_s.items()}
-
-    @property
-    def tracker_delay_stddev_s(self) -> dict[str, float]:
-        """Standard deviation of each tracker's delay [s]; empty if they are not estimated."""
-        return self._by_sensor(self.estimator.tracker_delay_stddev_s)
-
-    def _by_sensor(self, values: FloatArray | None) -> dict[str, float]:
-        if values is None:
+        delays_s = self.estimator.tracker_delays_s
+        if delays_s is None:
             return {}
-        return dict(zip(self._parameters.sensors, values.tolist(), strict=True))
+        delays_ns = (round(delay_s * NS_PER_S) for delay_s in delays_s.tolist())
+        return dict(zip(self._parameters.sensors, delays_ns, strict=True))
 
     def predict(self, stamp_ns: int, newest_ns: int, imus: ImuMeasurements) -> None:
         """Predict the pose to a later instant; it waits for :meth:`take`. The estimator stays.

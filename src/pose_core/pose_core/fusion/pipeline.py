@@ -31,6 +31,7 @@ from pose_core.streams.clocks import ONE_IMU, Clock, Clocks, reference_delay_s
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
 LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
+EARLIEST_S = -0.03  # [s] delay of a tracker; below it, the IMUs are late
 LONGEST_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
 BLOCK = 50  # [estimates] of a recording that are published together
 INVERSE_ORIENTATION = (
@@ -123,10 +124,21 @@ class Pipeline:
 
     @property
     def tracker_delays_s(self) -> Mapping[str, tuple[float, float]]:
-        """Delay of each sensor's tracker, estimated with IMUs, and its standard deviation [s]."""
-        delays_ns = self._runner.tracker_delays_ns
-        stddevs_s = self._runner.tracker_delay_stddev_s
-        return {name: (delays_ns[name] / NS_PER_S, each) for name, each in stddevs_s.items()}
+        """Delay of each sensor's tracker, measured with IMUs, and its standard deviation [s].
+
+        A negative one means that the IMUs' samples are late.
+        """
+        measured = self._runner.estimator.measured_delays_s
+        if measured is None:
+            return {}
+        delays = ((delay_s, stddev_s) for delay_s, stddev_s in measured.T.tolist())
+        return dict(zip(self.parameters.sensors, delays, strict=True))
+
+    @property
+    def imus_late_s(self) -> float:
+        """By how much the IMUs' samples come later than the frames [s]; 0 if they do not."""
+        earliest_s = min((delay_s for delay_s, _ in self.tracker_delays_s.values()), default=0.0)
+        return -earliest_s if earliest_s < EARLIEST_S else 0.0
 
     @property
     def newest_ns(self) -> int:

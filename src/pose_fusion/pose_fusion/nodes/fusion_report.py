@@ -49,6 +49,8 @@ class FusionReporter:
         names = {f"{sensor}'s names" for sensor in self._watch.faulty}
         names |= {f"{sensor}'s joints" for sensor in self._held_joints}
         missing = {*self.excluded, *self._watch.missing, *imus, *names}
+        if self._pipeline.subject.imus_late_s:
+            missing.add("the IMUs' clock")
         return missing if self._is_tracking else {*missing, "everything"}
 
     def report(
@@ -166,6 +168,9 @@ class FusionReporter:
         for fault in sorted(set(faults.values())):
             segments = ", ".join(segment for segment, own in faults.items() if own == fault)
             yield f"the angular velocity of the IMU on {segments} {fault}"
+        if late_s := self._pipeline.subject.imus_late_s:
+            late = f"about {1000.0 * late_s:.0f} ms later than the cameras' frames"
+            yield f"the IMUs' samples come {late}: check their radio and their clocks"
         for topic, why in malformed.items():
             yield f"{topic} is not used: {why}"
         if lost:
@@ -187,6 +192,10 @@ class FusionReporter:
             **{
                 f"clock_ahead_ms/{source}": f"{clock.ahead_ns(clock.at_ns) * 1e-6:.1f}"
                 for source, clock in pipeline.clocks.items()
+            },
+            **{
+                f"tracker_delay_ms/{sensor}": f"{1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f}"
+                for sensor, (delay_s, stddev_s) in subject.tracker_delays_s.items()
             },
             "imus": ", ".join(subject.imus.segments) or "none",
             **{

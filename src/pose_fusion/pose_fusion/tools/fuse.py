@@ -276,6 +276,8 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
             yield f"  tracker of {sensor}: delay {1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f} ms"
         else:
             yield f"  tracker of {sensor}: delay not known, too little motion with IMUs at the end"
+    if late_s := pipeline.subject.imus_late_s:
+        yield f"  IMUs: at the end, {1e3 * late_s:.0f} ms later than the frames: see their clocks"
 
 
 def body_lines(shape: BodyShape | None) -> Iterator[str]:
