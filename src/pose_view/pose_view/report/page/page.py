@@ -7,7 +7,6 @@ from datetime import datetime, timezone
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.agreement import ViewAgreement
 from pose_evaluation.methods import FUSED, MEAN
@@ -53,10 +52,11 @@ def _how_good(analysis: Analysis) -> str:
     focus = analysis.recording.focus
     compared = analysis.compared
     if compared is not None and focus not in compared.left_out:
+        count = compared.evaluation.angle_count
         found = [f"{method_label(focus)} is {_error(analysis, focus)} from the reference"]
         others = [m.name for m in compared.evaluation.methods if m.name != focus]
         found += [f"{method_label(name)} {_error(analysis, name)}" for name in others]
-        return f"{'; '.join(found)} (RMSE, mean of {len(ANGLES)} angles)."
+        return f"{'; '.join(found)} (RMSE, mean of {count} angles)."
     estimates = analysis.recording.estimates.get(focus)
     text = "There is no reference to compare with"
     if estimates is None:
