@@ -145,9 +145,7 @@ def test_a_method_that_began_late_is_left_out_of_the_comparison_and_named(two):
     assert verdict(analysis)[0].startswith(said)
 
 
-@pytest.mark.parametrize(
-    ("begin_s", "said"), [(1e9, None), (1.7e9, "2023-11-14 22:13:20 UTC")]
-)
+@pytest.mark.parametrize(("begin_s", "said"), [(1e9, None), (1.7e9, "2023-11-14 22:13:20 UTC")])
 def test_stamps_that_are_no_dates_have_none(two, begin_s, said):
     analysis = analyse(replace(read(two, "left"), begin_ns=round(begin_s * 1e9)), None)
     assert dict(facts(analysis)).get("begins") == said

@@ -106,7 +106,9 @@ class BodyMotion:
             np.stack([np.interp(new, old, column) for column in columns.T], axis=1)
             for columns in (self.dof, self.stddev)
         )
-        unknown = np.stack([np.interp(new, old, c) for c in self.is_unknown.T.astype(float)], axis=1)
+        unknown = np.stack(
+            [np.interp(new, old, c) for c in self.is_unknown.T.astype(float)], axis=1
+        )
         turn = Slerp(old, Rotation.from_rotvec(self.dof[:, 3:ROOT_DOF]))
         dof[:, 3:ROOT_DOF] = turn(new).as_rotvec()
         state = np.full(self.joints.shape[:2], TrackingState.TRACKED, np.uint8)
