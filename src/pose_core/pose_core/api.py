@@ -68,8 +68,8 @@ from pose_core.session.extrinsics import (
 )
 from pose_core.streams.angle_series import (
     AngleSeries,
-    angle_columns,
     anatomical,
+    angle_columns,
     angle_series,
     without_sideways_flexion,
 )

@@ -75,8 +75,8 @@ def angle_columns(angles: Mapping[str, FloatArray]) -> FloatArray:
 def anatomical(angle: FloatArray) -> FloatArray:
     """Angles [rad] of any shape modulo 2π, in [−120°, 240°).
 
-    Hips and shoulders bend from −60° to 180°, so no motion crosses the ends of this interval, except
-    where the limb points sideways. Unwrapping would count such a crossing as a turn of 360°.
+    Hips and shoulders bend from −60° to 180°, so no motion crosses the ends of this interval,
+    except where the limb points sideways. Unwrapping would count such a crossing as a turn of 360°.
     """
     return MIDDLE + wrapped(angle - MIDDLE)
 

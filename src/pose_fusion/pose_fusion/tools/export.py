@@ -96,7 +96,7 @@ def summary(
 def unknown_line(motion: BodyMotion) -> str:
     """Which angles the fusion does not know, in how many frames and for how long."""
     changes = np.diff(motion.is_unknown.astype(np.int8), axis=0, prepend=0, append=0)
-    begins, ends = (np.argwhere(changes.T == change)[:, 1] for change in (1, -1))
+    begins, ends = (np.argwhere(change == changes.T)[:, 1] for change in (1, -1))
     times_s = motion.times_s
     longest_s = np.max(times_s[np.minimum(ends, len(motion) - 1)] - times_s[begins])
     names = np.array(motion.model.dof_names)[motion.is_unknown.any(axis=0)]

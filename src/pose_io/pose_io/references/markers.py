@@ -102,8 +102,8 @@ def _check_unit(positions: FloatArray, source: str) -> None:
     if not TRUNK_M[0] <= length_m <= TRUNK_M[1] and np.isfinite(length_m):
         raise InputError(
             f"{source}: hips and neck are {length_m:.3g} m apart, expected {TRUNK_M[0]:g} to "
-            f"{TRUNK_M[1]:g} m: its numbers are not in the unit that it states: correct the unit to "
-            "mm, cm or m"
+            f"{TRUNK_M[1]:g} m: its numbers are not in the unit that it states: correct the unit "
+            "to mm, cm or m"
         )
 
 

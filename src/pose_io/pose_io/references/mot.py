@@ -60,7 +60,7 @@ def read_mot(path: Path) -> Reference:
 
 
 def _check_unit(path: Path, largest: float, in_degrees: bool) -> None:
-    """Raise an InputError if the largest angle, in the file's unit, can only be in the other one."""
+    """Raise an InputError if the largest angle can only be in the other unit."""
     if in_degrees and 0.0 < largest < TURN:
         raise InputError(
             f"{path}: its largest angle is {largest:.2f}, in degrees by its header "
@@ -68,8 +68,8 @@ def _check_unit(path: Path, largest: float, in_degrees: bool) -> None:
         )
     if not in_degrees and largest > TURN:
         raise InputError(
-            f"{path}: its largest angle is {largest:.1f}, in radians by its header (inDegrees=no, or "
-            "nothing), but no angle exceeds a turn: write inDegrees=yes"
+            f"{path}: its largest angle is {largest:.1f}, in radians by its header (inDegrees=no, "
+            "or nothing), but no angle exceeds a turn: write inDegrees=yes"
         )
 
 
