@@ -68,9 +68,10 @@ def estimate_angle_shift(
 
 def moving(angles: FloatArray) -> BoolArray:
     """Which angles [rad], shape (n, d), vary by more than :data:`STILL`; unknown ones do not."""
-    known = np.isfinite(angles).any(axis=0)
-    known[known] = np.nanstd(angles[:, known], axis=0) > STILL
-    return known
+    known = np.flatnonzero(np.isfinite(angles).any(axis=0))
+    result = np.zeros(angles.shape[1], bool)
+    result[known] = np.nanstd(angles[:, known], axis=0) > STILL
+    return result
 
 
 def pooled_correlations(expected: FloatArray, found: FloatArray) -> tuple[IntArray, FloatArray]:
