@@ -11,7 +11,7 @@ from pose_core.joints import SIDES
 from pose_io.export.opensim import LIMBS
 from pose_io.references.reference import Reference, numbers_of, text_of
 
-TURN = 2.0 * np.pi  # [rad] larger numbers are degrees; a motion without any is in radians
+TURN = 2.0 * np.pi  # [rad] larger numbers are degrees; a motion without any may be in radians
 KNEE_NOTE = (
     "its knees bend to negative angles, as in the older OpenSim models: the sign is reversed"
 )
@@ -45,10 +45,17 @@ def read_mot(path: Path) -> Reference:
             f"{path} holds none of the angles: expected some of {wanted}, … of OpenSim, found "
             f"{', '.join(sorted(columns))}"
         )
-    _check_unit(
-        path, max(float(np.nanmax(np.abs(angles[name]))) for name in known) / unit, in_degrees
-    )
+    largest = max(float(np.nanmax(np.abs(angles[name]))) for name in known) / unit
+    if not in_degrees and largest > TURN:
+        raise InputError(
+            f"{path}: its largest angle is {largest:.1f}, in radians by its header (inDegrees=no, "
+            "or nothing), but no angle exceeds a turn: write inDegrees=yes"
+        )
     notes = [PELVIS_NOTE]
+    if in_degrees and largest < TURN:
+        notes.append(
+            f"its largest angle is {largest:.2f}°: if its angles are in radians, write inDegrees=no"
+        )
     knees = [f"{side}_knee_flexion" for side in SIDES if f"{side}_knee_flexion" in known]
     if knees and np.nanmean([np.nanmean(angles[knee]) for knee in knees]) < 0.0:
         angles.update({knee: -angles[knee] for knee in knees})
@@ -57,20 +64,6 @@ def read_mot(path: Path) -> Reference:
     return Reference(
         name=path.name, synthetic=False, angles=series, skeleton=None, notes=tuple(notes)
     )
-
-
-def _check_unit(path: Path, largest: float, in_degrees: bool) -> None:
-    """Raise an InputError if the largest angle can only be in the other unit."""
-    if in_degrees and 0.0 < largest < TURN:
-        raise InputError(
-            f"{path}: its largest angle is {largest:.2f}, in degrees by its header "
-            "(inDegrees=yes), but its angles seem to be in radians: write inDegrees=no"
-        )
-    if not in_degrees and largest > TURN:
-        raise InputError(
-            f"{path}: its largest angle is {largest:.1f}, in radians by its header (inDegrees=no, "
-            "or nothing), but no angle exceeds a turn: write inDegrees=yes"
-        )
 
 
 def _table(path: Path) -> tuple[dict[str, FloatArray], bool]:
