@@ -90,8 +90,11 @@ def moving(model, count, seed=3):
     return dof
 
 
-def write_motion_bag(path, model, count=60, drop=()):
-    """A fused bag (synthetic); frames named in ``drop`` are missing. Degrees of freedom, joints."""
+def write_motion_bag(path, model, count=60, drop=(), unknown=None):
+    """A fused bag (synthetic); frames named in ``drop`` are missing. Degrees of freedom, joints.
+
+    ``unknown`` has the frames in which an angle is unknown, by its name.
+    """
     dof, shape = moving(model, count), shape_of(model)
     pose = ForwardKinematics(model, shape.offsets).pose(dof)
     with BagWriter(path) as bag:
@@ -104,6 +107,8 @@ def write_motion_bag(path, model, count=60, drop=()):
             if index in drop:
                 continue
             estimate = _estimate(model, dof[index], pose.rotations[index], pose.positions[index])
+            for name, frames in (unknown or {}).items():
+                estimate["is_known"][model.dof_index[name]] = index not in frames
             estimate = BodyEstimate(stamp_ns=START_NS + index * FRAME_NS, **estimate)
             for topic, message in to_messages(estimate, model, "subject", 0.01).items():
                 bag.write(topic, to_bag_message(message, bag.typestore), estimate.stamp_ns)

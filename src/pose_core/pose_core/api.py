@@ -68,6 +68,7 @@ from pose_core.session.extrinsics import (
 )
 from pose_core.streams.angle_series import (
     AngleSeries,
+    anatomical,
     angle_columns,
     angle_series,
     without_sideways_flexion,
@@ -169,6 +170,7 @@ __all__ = [
     "TimeAligner",
     "TrackingState",
     "angle_columns",
+    "anatomical",
     "angle_series",
     "available_models",
     "best_rigid_transform",

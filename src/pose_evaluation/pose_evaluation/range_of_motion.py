@@ -2,6 +2,7 @@
 
 All are computed after a zero-phase low-pass filter (Butterworth, 4th order forward and back,
 6 Hz: Winter, Biomechanics and Motor Control of Human Movement), which removes peaks of noise.
+Flexion of hip and shoulder is undefined, and left out, where the limb points sideways.
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from pose_core.api import ANGLES, AngleSeries, FloatArray, IntArray
+from pose_core.api import (
+    ANGLES,
+    AngleSeries,
+    FloatArray,
+    IntArray,
+    anatomical,
+    without_sideways_flexion,
+)
 
 RATE = 100.0  # [Hz]
 CUTOFF = 6.0  # [Hz]
@@ -52,25 +60,27 @@ def smoothed(series: AngleSeries) -> tuple[IntArray, dict[str, FloatArray]]:
     """The angles at 100 Hz after the low-pass filter.
 
     Returns:
-        Instants (n,) [ns] and angles (n,) [rad] by name; NaN at gaps of more than 0.5 s.
+        Instants (n,) [ns] and angles (n,) [rad] by name; NaN at gaps of more than 0.5 s,
+        and flexion where the limb points sideways.
     """
     if len(series) == 0:
         return np.zeros(0, np.int64), {name: np.zeros(0) for name in ANGLES}
     step_ns = round(1e9 / RATE)
     stamps_ns = np.arange(series.stamps_ns[0], series.stamps_ns[-1] + 1, step_ns, dtype=np.int64)
-    angles = series.at(stamps_ns, LONGEST_GAP_S)
-    return stamps_ns, {name: _low_pass(values) for name, values in angles.items()}
+    angles = without_sideways_flexion(series.at(stamps_ns, LONGEST_GAP_S))
+    return stamps_ns, {name: anatomical(_low_pass(values)) for name, values in angles.items()}
 
 
 def _low_pass(values: FloatArray) -> FloatArray:
-    """Filter each run without NaN separately; runs too short for the filter are unchanged."""
+    """Filter each run without NaN, unwrapped; runs too short for the filter are unchanged."""
     sections = butter(2, CUTOFF, fs=RATE, output="sos")  # twice over: 4th order
     result = values.copy()
     known = np.flatnonzero(np.isfinite(values))
     for stretch in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
         if len(stretch) > round(RATE / CUTOFF):
             padding = min(len(stretch) - 1, round(RATE / 2))
-            result[stretch] = sosfiltfilt(sections, values[stretch], padtype="even", padlen=padding)
+            course = np.unwrap(values[stretch])
+            result[stretch] = sosfiltfilt(sections, course, padtype="even", padlen=padding)
     return result
 
 

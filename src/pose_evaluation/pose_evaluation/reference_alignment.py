@@ -10,7 +10,7 @@ import numpy as np
 
 from pose_core.api import AngleSeries, FloatArray, angle_columns, without_sideways_flexion
 from pose_core.errors import InputError
-from pose_evaluation.time_shift import STILL, estimate_angle_shift, pooled_correlations
+from pose_evaluation.time_shift import estimate_angle_shift, moving, pooled_correlations
 from pose_io.references.reference import Reference
 
 COARSE_RATE = 25.0  # [Hz] of the search; refined afterwards
@@ -104,7 +104,7 @@ def _correlations(reference: AngleSeries, recording: AngleSeries) -> tuple[Float
         each, NaN where the overlap is too short.
     """
     expected, found = _on_grid(reference, sideways=False), _on_grid(recording, sideways=True)
-    moves = np.nanstd(expected, axis=0) > STILL
+    moves = moving(expected)
     lags, scores = pooled_correlations(expected[:, moves], found[:, moves])
     overlap = np.minimum(len(expected), len(found) - lags) - np.maximum(0, -lags)
     shorter = min(len(expected), len(found))

@@ -104,6 +104,11 @@ class Evaluation:
     duration_s: float  # [s] evaluated
     methods: tuple[MethodScores, ...]
 
+    @property
+    def angle_count(self) -> int:
+        """Number of angles that are compared: the reference may lack some."""
+        return sum(any(m.angles[name].samples > 1 for m in self.methods) for name in ANGLES)
+
     def method(self, name: str) -> MethodScores:
         """One method's scores by its name."""
         return next(method for method in self.methods if method.name == name)

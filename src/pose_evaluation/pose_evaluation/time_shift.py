@@ -13,7 +13,7 @@ from pose_core.api import (
     angle_series,
     without_sideways_flexion,
 )
-from pose_io.arrays import IntArray
+from pose_io.arrays import BoolArray, IntArray
 
 GRID_RATE = 100.0  # [Hz]
 MAX_SHIFT_S = 0.5  # [s]
@@ -54,9 +54,7 @@ def estimate_angle_shift(
         return 0.0
     expected = angle_columns(without_sideways_flexion(reference.at(stamps_ns)))
     found = angle_columns(method.at(stamps_ns))
-    with np.errstate(invalid="ignore"):
-        moving = np.nanstd(expected, axis=0) > STILL if np.isfinite(expected).any() else []
-    if not np.any(moving):
+    if not moving(expected).any():
         return 0.0
     lags, scores = pooled_correlations(expected, found)
     near = np.abs(lags) <= most
@@ -66,6 +64,14 @@ def estimate_angle_shift(
     # A constant ramp fits equally at every lag: of equal ones the smallest is used.
     best = int(np.nanargmax(scores - 1e-6 * np.abs(lags) / most))
     return float(lags[best] + _peak_offset(scores, best)) / GRID_RATE
+
+
+def moving(angles: FloatArray) -> BoolArray:
+    """Which angles [rad], shape (n, d), vary by more than :data:`STILL`; unknown ones do not."""
+    known = np.flatnonzero(np.isfinite(angles).any(axis=0))
+    result = np.zeros(angles.shape[1], bool)
+    result[known] = np.nanstd(angles[:, known], axis=0) > STILL
+    return result
 
 
 def pooled_correlations(expected: FloatArray, found: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -1,9 +1,11 @@
 """Consoles for tables and progress, on a terminal or in a file."""
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
 
 WIDTH = 200  # [columns] without a terminal: no table is cut
 
@@ -19,3 +21,13 @@ def progress_bar(console: Console, *more: ProgressColumn) -> Progress:
     return Progress(
         *columns, *more, console=console, transient=True, disable=not console.is_terminal
     )
+
+
+@contextmanager
+def waiting_bar(console: Console, what: str) -> Iterator[None]:
+    """A bar with the elapsed time while something runs whose end is not known; none in a file."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    disabled = not console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=disabled) as progress:
+        progress.add_task(what, total=None)
+        yield

@@ -115,6 +115,27 @@ def test_the_filter_does_not_delay():
     assert np.abs(error).max() < 0.3
 
 
+def turning(t):
+    """Flexion of an arm that is raised sideways, twice, and turns once each time."""
+    return 20.0 * np.sin(2.0 * np.pi * t / 5.0) + 360.0 * np.clip([t - 4.0, t - 14.0], 0, 1).sum(0)
+
+
+def sideways(t):
+    return np.where(((t > 3.5) & (t < 5.5)) | ((t > 13.5) & (t < 15.5)), 80.0, 20.0)
+
+
+def test_flexion_of_an_arm_that_points_sideways_is_no_range():
+    raised = angles(left_shoulder_flexion=turning, left_shoulder_abduction=sideways)
+    flexion = ranges_of_motion(raised, 0)["left_shoulder_flexion"]
+    assert flexion.range_deg == pytest.approx(40.0, abs=1.0)
+    assert flexion.highest_deg == pytest.approx(20.0, abs=1.0)
+
+
+def test_an_arm_that_goes_round_has_no_more_range_than_a_turn():
+    whirling = angles(left_shoulder_flexion=lambda t: 180.0 * t)
+    assert 300.0 < ranges_of_motion(whirling, 0)["left_shoulder_flexion"].range_deg <= 360.0
+
+
 def test_what_was_never_seen_has_no_range():
     unseen = angles()
     unseen.angles["left_hip_flexion"][:] = np.nan

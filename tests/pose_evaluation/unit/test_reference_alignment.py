@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from moving_body import motion, standing
+from moving_body import motion, raise_limb, standing
 
 from pose_core.errors import InputError
 from pose_core.streams.angle_series import angle_series
@@ -61,6 +61,18 @@ def test_angles_with_gaps_are_aligned_too():
     assert alignment.begins_at_s == pytest.approx(-2.0, abs=0.01)
 
 
+def test_a_reference_with_some_angles_is_aligned_without_a_warning(recwarn):
+    whole = reference()
+    known = ("left_hip_abduction", "right_knee_flexion", "right_shoulder_flexion")
+    angles = {
+        n: a if n in known else np.full_like(a, np.nan) for n, a in whole.angles.angles.items()
+    }
+    some = replace(whole, angles=replace(whole.angles, angles=angles), skeleton=None)
+    _, alignment = align_reference(some, recording(2.0))
+    assert alignment.begins_at_s == pytest.approx(-2.0, abs=0.02)
+    assert not recwarn.list
+
+
 def test_another_motion_is_refused():
     other = motion(rate=30.0)
     rng = np.random.default_rng(3)
@@ -79,3 +91,24 @@ def test_somebody_who_stands_still_cannot_be_aligned():
     )
     with pytest.raises(InputError, match="cannot be aligned in time"):
         align_reference(reference_of_skeleton("still", still), recording())
+
+
+def raising_arms_sideways(series, crossed):
+    """Adds both arms up sideways and down again, whose flexion meanwhile crosses ±180° or not."""
+    times = series.stamps_ns * 1e-9
+    raised = 1.4 * (1.0 - np.cos(1.1 * times))
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        chain = [f"{side}_elbow", f"{side}_hand"]
+        swing = 0.1 * np.sign(crossed) * np.sin(1.1 * times)  # in front, behind
+        raise_limb(series.positions, f"{side}_shoulder", chain, swing, False)
+        raise_limb(series.positions, f"{side}_shoulder", chain, sign * raised, True)
+    return series
+
+
+def test_an_arm_raised_sideways_does_not_move_the_reference():
+    raising = raising_arms_sideways(motion(), crossed=1)
+    found = raising_arms_sideways(motion(rate=30.0, begin_s=2.0), crossed=-1)
+    stamps_ns = found.stamps_ns + round(WALL_CLOCK_S * 1e9)
+    found = angle_series(replace(found, stamps_ns=stamps_ns))
+    _, alignment = align_reference(reference_of_skeleton("raising", raising), found)
+    assert alignment.begins_at_s == pytest.approx(-2.0, abs=0.02)

@@ -1,3 +1,6 @@
+import contextlib
+import os
+import pty
 import subprocess
 import sys
 from dataclasses import replace
@@ -92,6 +95,21 @@ def test_a_bag_without_extrinsics_is_calibrated_from_its_motion_and_reported(sam
         static = [opened.deserialize(m) for m in opened.messages(["/tf_static"])]
     frames = {t.child_frame_id for t in static[0].transforms}
     assert frames == {"kinect_left_optical_frame", "kinect_right_optical_frame"}
+
+
+def test_a_terminal_shows_what_is_being_done_from_the_start(samples, tmp_path):
+    write_bag(tmp_path / "in", samples, with_extrinsics=False)
+    terminal, other_end = pty.openpty()
+    process = subprocess.Popen([FUSE, tmp_path / "in", tmp_path / "out"], stderr=other_end)
+    os.close(other_end)
+    shown = b""
+    with contextlib.suppress(OSError):  # the end of the process closes the terminal
+        while read := os.read(terminal, 4096):
+            shown += read
+    os.close(terminal)
+    assert process.wait(PATIENCE_S) == 0
+    places = [shown.index(word) for word in (b"reading", b"calibrating", b"fusing")]
+    assert places == sorted(places)
 
 
 def test_clocks_that_the_bag_does_not_give_are_found_from_its_motion(samples, fused, tmp_path):

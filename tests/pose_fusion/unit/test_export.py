@@ -128,6 +128,50 @@ def test_frames_in_a_gap_are_marked_and_have_no_joints(tmp_path):
     assert np.isfinite(motion.dof).all()
 
 
+UNKNOWN = {"left_knee_flexion": range(10, 13), "neck_flexion": range(5, 20)}
+
+
+@pytest.fixture(scope="module")
+def partly_unknown(tmp_path_factory):
+    path = tmp_path_factory.mktemp("unknown") / "bag"
+    return path, *write_motion_bag(path, MODEL, COUNT, unknown=UNKNOWN)
+
+
+def test_csv_leaves_unknown_angles_and_what_turns_with_them_empty(
+    partly_unknown, tmp_path, monkeypatch, capsys
+):
+    file = tmp_path / "motion.csv"
+
+    assert export(monkeypatch, partly_unknown[0], "--to", "csv", "-o", file) == 0
+
+    rows = list(csv.DictReader(file.open()))
+    for column in ("left_knee_flexion_deg", "segment_left_shank_qw"):
+        assert [index for index, row in enumerate(rows) if not row[column]] == [10, 11, 12]
+    assert all(row["segment_left_thigh_qw"] and row["left_knee_x_m"] for row in rows)
+    assert capsys.readouterr().out.splitlines()[1] == (
+        "angles unknown to the fusion in 15 of 30 frames, for up to 0.5 s (neck_flexion, "
+        "left_knee_flexion): their cells are empty"
+    )
+
+
+@pytest.mark.parametrize("form", ["mot", "bvh", "json"])
+def test_formats_without_gaps_say_which_angles_they_interpolate(
+    partly_unknown, tmp_path, monkeypatch, capsys, form
+):
+    words = ("--to", form, "-o", tmp_path / "motion", "--rate", "60")
+
+    assert export(monkeypatch, partly_unknown[0], *words) == 0
+
+    output = capsys.readouterr().out
+    assert "angles unknown to the fusion in 31 of 59 frames, for up to 0.5 s (neck_fl" in output
+    assert "left_knee_flexion): they are interpolated" in output
+
+
+def test_positions_alone_have_no_unknown_angles(partly_unknown, tmp_path, monkeypatch, capsys):
+    assert export(monkeypatch, partly_unknown[0], "--to", "trc", "-o", tmp_path / "m.trc") == 0
+    assert "angles unknown" not in capsys.readouterr().out
+
+
 def test_exported_bone_lengths_are_the_measured_ones(recorded):
     with open_bag(recorded[0]) as bag:
         motion = read_motion(bag)

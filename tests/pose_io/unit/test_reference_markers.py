@@ -54,6 +54,16 @@ def test_labels_lose_their_subject_and_their_punctuation():
     assert plain("Subject 1:L_ASI") == "lasi"
 
 
+@pytest.mark.parametrize("factor", [1000.0, 10.0, 0.1, 0.001])
+def test_markers_in_another_unit_than_stated_are_refused(factor):
+    points = {name: tuple(factor * np.array(point)) for name, point in STANDING.items()}
+    joints = {"left_hip": points["LASI"], "right_hip": points["RASI"], "neck": points["C7"]}
+    with pytest.raises(
+        InputError, match=r"test: hips and neck are .* m apart, .* unit that it sta"
+    ):
+        skeleton_of_markers(series(joints), "test")
+
+
 def test_hips_lie_where_the_regression_puts_them():
     # Pelvis 240 mm wide and 150 mm deep: Harrington's −0.24 · 150 − 9.9 = −45.9 mm forward of the
     # middle of the ASIS, −0.30 · 240 − 10.9 = −82.9 mm up, 0.33 · 240 + 7.3 = 86.5 mm aside.

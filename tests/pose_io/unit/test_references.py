@@ -170,10 +170,20 @@ def test_an_angle_that_a_file_lacks_is_unknown(tmp_path):
 
 def test_radians_and_paths_of_newer_opensim_are_understood(tmp_path):
     path = tmp_path / "states.sto"
-    text = MOT.format(knee=0.5).replace("inDegrees=yes", "inDegrees=no")
+    text = MOT.format(knee=0.5).replace("inDegrees=yes", "inDegrees=no").replace("0.0\n", ".0\n")
     text = text.replace("knee_angle_l", "/jointset/walker_knee_l/knee_angle_l/value")
     path.write_text(text)
     assert read_reference(path).angles.angles["left_knee_flexion"] == pytest.approx([0.5] * 3)
+
+
+def test_angles_in_another_unit_than_the_header_says_are_refused_or_noted(tmp_path):
+    degrees, radians = tmp_path / "degrees.mot", tmp_path / "radians.mot"
+    degrees.write_text(MOT.format(knee=40.0).replace("inDegrees=yes\n", ""))
+    radians.write_text(MOT.format(knee=0.7).replace("0.0\n", ".0\n"))
+    with pytest.raises(InputError, match=r"angle is 40\.0, in radians .*: write inDegrees=yes"):
+        read_reference(degrees)
+    note = "its largest angle is 3.00°: if its angles are in radians, write inDegrees=no"
+    assert note in read_reference(radians).notes
 
 
 BAD = {

@@ -24,7 +24,7 @@ from pose_view.report.figures.courses import (
     attitude_sources,
     joint_figures,
 )
-from pose_view.report.page.page import facts, notes, render_page
+from pose_view.report.page.page import RAW, facts, notes, render_page, verdict
 from pose_view.report.report_data import Wanted, preferred, read_report_data
 
 
@@ -88,6 +88,9 @@ def test_a_bag_of_fused_bodies_alone_has_a_report(tmp_path):
     recording = read(tmp_path / "fused")
     assert list(recording.methods) == [recording.focus] == ["fused"]
     assert not any("places are unknown" in note for note in recording.notes)
+    _, near, to_do = verdict(analyse(recording, None))
+    assert near == f"The recording holds no {RAW}: there are no views to compare."
+    assert to_do == f"To compare the views, record or keep the {RAW} beside the fused pose."
 
 
 def test_where_the_sensors_stand_may_be_unknown(two):
@@ -138,6 +141,14 @@ def test_a_method_that_began_late_is_left_out_of_the_comparison_and_named(two):
     assert [method.name for method in analysis.compared.evaluation.methods] == ["left"]
     assert analysis.compared.aligned_with == "left"
     assert any(note.startswith("mean: too little in common") for note in notes(analysis))
+    said = "mean is not compared with the reference, with which it has only 1.5 s in common"
+    assert verdict(analysis)[0].startswith(said)
+
+
+@pytest.mark.parametrize(("begin_s", "said"), [(1e9, None), (1.7e9, "2023-11-14 22:13:20 UTC")])
+def test_stamps_that_are_no_dates_have_none(two, begin_s, said):
+    analysis = analyse(replace(read(two, "left"), begin_ns=round(begin_s * 1e9)), None)
+    assert dict(facts(analysis)).get("begins") == said
 
 
 def test_the_shift_of_the_reference_is_stated(two):

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,15 @@ def texts(table, name):
     """A line's cells, by its name; best ones with a star."""
     row = next(row for row in table.rows if row.name == name)
     return [cell.text + "*" * cell.is_best for cell in row.cells]
+
+
+def test_the_overview_counts_the_angles_that_the_reference_has():
+    whole = scores("default", 2.0)
+    unknown = AngleScore(r=np.nan, rmse_deg=np.nan, bias_deg=np.nan, samples=0)
+    knees = {a: s if "knee" in a else unknown for a, s in whole.angles.items()}
+    some = overview_table(evaluation(replace(whole, angles=knees)))
+    assert texts(overview_table(evaluation(whole)), "RMSE, mean of 12 angles [deg]") == ["3.0"]
+    assert texts(some, "RMSE, mean of 2 angles [deg]") == ["2.0"]
 
 
 @pytest.fixture

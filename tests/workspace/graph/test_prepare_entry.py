@@ -53,6 +53,17 @@ def test_a_command_line_is_answered(start_process, arguments, code, message):
     assert process.output.startswith(message)
 
 
+@pytest.mark.parametrize("verb", ["run", "python", "test", "lint", "build"])
+def test_help_on_a_verb_of_the_script_prepares_nothing(start_process, tmp_path, verb):
+    home = tmp_path / "home"
+
+    process = start_process([POSE, verb, "--help"], env={"POSE_HOME": str(home)})
+
+    assert process.wait() == 0
+    assert process.output.startswith(f"usage: ./pose {verb}")
+    assert not home.exists()
+
+
 def test_every_verb_of_the_help_is_known(start_process):
     usage = start_process([POSE, "--help"])
     assert usage.wait() == 0

@@ -9,6 +9,7 @@ from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import estimator_class
 from pose_core.fusion.alignment_history import AlignmentHistory
 from pose_core.fusion.pipeline import Pipeline
+from pose_core.fusion.sample_check import check_samples
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
@@ -30,12 +31,17 @@ def fuse(
 
     Returns:
         Degrees of freedom over time with standard deviations; no rows if there was no pose.
+
+    Raises:
+        InputError: If the samples have other shapes, units or names than expected, or stamps go
+            back by more than a second.
     """
+    samples = list(samples)
+    check_samples(samples, extrinsics, None if parameters is None else parameters.sensors)
     parameters = parameters or PipelineParameters(sensors=extrinsics.sensors)
     pipeline = Pipeline(parameters, extrinsics)
     before = first_pass(parameters)
     if before is not None:
-        samples = list(samples)
         pipeline.use_sensor_to_segment(initial_alignments(samples, extrinsics, before))
     estimates = [
         estimate

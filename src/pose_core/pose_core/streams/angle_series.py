@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwrapped
+from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwrapped, wrapped
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, interpolated
 
 SIDEWAYS = np.radians(60.0)  # [rad] of abduction: beyond it flexion is undefined
+MIDDLE = np.radians(60.0)  # [rad] of the range of hips' and shoulders' flexion, −60° to 180°
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,17 +36,17 @@ class AngleSeries:
         )
 
     def at(self, stamps_ns: IntArray, max_gap_s: float = MAX_GAP_S) -> dict[str, FloatArray]:
-        """Angles at other instants by linear interpolation, without jumps of 2π.
+        """Angles at other instants, interpolated linearly on the shorter arc.
 
         Args:
             stamps_ns: The instants [ns], shape (m,).
             max_gap_s: Longest distance [s] of two known samples to interpolate between.
 
         Returns:
-            Angles [rad], shape (m,) each; NaN outside the series and inside longer gaps.
+            Angles [rad] in (−π, π], shape (m,) each; NaN outside the series and inside longer gaps.
         """
         return {
-            name: _interpolated(stamps_ns, self.stamps_ns, unwrapped(values), max_gap_s)
+            name: _interpolated(stamps_ns, self.stamps_ns, values, max_gap_s)
             for name, values in self.angles.items()
         }
 
@@ -67,12 +68,21 @@ def without_sideways_flexion(angles: Mapping[str, FloatArray]) -> dict[str, Floa
 
 
 def angle_columns(angles: Mapping[str, FloatArray]) -> FloatArray:
-    """The angles [rad] side by side, without jumps of 2π, shape (n, 12)."""
-    return np.stack([unwrapped(angles[name]) for name in ANGLES], axis=1)
+    """The angles [rad] side by side, as :func:`anatomical`, shape (n, 12)."""
+    return np.stack([anatomical(angles[name]) for name in ANGLES], axis=1)
+
+
+def anatomical(angle: FloatArray) -> FloatArray:
+    """Angles [rad] of any shape modulo 2π, in [−120°, 240°).
+
+    Hips and shoulders bend from −60° to 180°, so no motion crosses the ends of this interval,
+    except where the limb points sideways. Unwrapping would count such a crossing as a turn of 360°.
+    """
+    return MIDDLE + wrapped(angle - MIDDLE)
 
 
 def _interpolated(
     wanted: IntArray, stamps_ns: IntArray, values: FloatArray, max_gap_s: float
 ) -> FloatArray:
     known = np.isfinite(values)
-    return interpolated(wanted, stamps_ns[known], values[known], max_gap_s)
+    return -wrapped(-interpolated(wanted, stamps_ns[known], unwrapped(values[known]), max_gap_s))

@@ -82,6 +82,8 @@ def summary(
         what = "they are left out" if arguments.to == "json" else "their joints are left empty"
         what = "they are interpolated" if exporter.fills_gaps else what
         lines.append(f"{gaps} frames lie in gaps of the recording: {what}")
+    if exporter.unknown_angles and written.is_unknown.any():
+        lines.append(f"{unknown_line(written)}: {exporter.unknown_angles}")
     residual = recorded.rigid_residual
     if exporter.rigid_bones and residual > NOTABLE_RESIDUAL:
         lines.append(
@@ -89,6 +91,19 @@ def summary(
             f"recorded ones by up to {1000.0 * residual:.0f} mm"
         )
     return lines
+
+
+def unknown_line(motion: BodyMotion) -> str:
+    """Which angles the fusion does not know, in how many frames and for how long."""
+    changes = np.diff(motion.is_unknown.astype(np.int8), axis=0, prepend=0, append=0)
+    begins, ends = (np.argwhere(change == changes.T)[:, 1] for change in (1, -1))
+    times_s = motion.times_s
+    longest_s = np.max(times_s[np.minimum(ends, len(motion) - 1)] - times_s[begins])
+    names = np.array(motion.model.dof_names)[motion.is_unknown.any(axis=0)]
+    return (
+        f"angles unknown to the fusion in {motion.is_unknown.any(axis=1).sum()} of {len(motion)} "
+        f"frames, for up to {longest_s:.1f} s ({', '.join(names)})"
+    )
 
 
 def run() -> int | None:

@@ -45,7 +45,7 @@ from pose_io.names import TF_STATIC
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, run_many
-from pose_node.plain_console import progress_bar
+from pose_node.plain_console import progress_bar, waiting_bar
 
 UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
 
@@ -169,9 +169,10 @@ def fuse(
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
     gc.freeze()  # the garbage collector need not visit the imported modules again and again
-    extrinsics = find_extrinsics(
-        bag, parameters.sensors, console, parameters.extrinsics_file, imus=parameters.use_imus
-    )
+    with waiting_bar(console, "calibrating"):
+        extrinsics = find_extrinsics(
+            bag, parameters.sensors, console, parameters.extrinsics_file, imus=parameters.use_imus
+        )
     with (
         BagWriter(out_bag, storage) as writer,
         progress_bar(console, TimeRemainingColumn()) as progress,
@@ -297,7 +298,9 @@ def run() -> int | None:
     if status is not None:
         return status
     console = Console(stderr=True)
-    with open_bag(arguments.in_bag) as bag:
+    with waiting_bar(console, "reading"):
+        opened = open_bag(arguments.in_bag)
+    with opened as bag:
         parameters = read_parameters(arguments, bag)
         unused = [sensor for sensor in sensor_topics(bag) if sensor not in parameters.sensors]
         if unused:

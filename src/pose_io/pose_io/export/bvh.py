@@ -101,5 +101,6 @@ BVH = Exporter(
     doc="the moving skeleton, for Blender",
     content=lambda motion, options: bvh_text(motion, options.rate).encode(),
     fills_gaps=True,
+    unknown_angles="they are interpolated",
     rigid_bones=True,
 )

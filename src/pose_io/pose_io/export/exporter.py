@@ -23,4 +23,5 @@ class Exporter:
     content: Callable[[BodyMotion, ExportOptions], bytes]
     constant_rate: bool = True  # it needs a constant rate; else each instant keeps its stamp
     fills_gaps: bool = False  # it cannot represent missing values: gaps are interpolated
+    unknown_angles: str = ""  # what becomes of them, for the closing lines; empty: it has no angles
     rigid_bones: bool = False  # it cannot represent bones whose length changes

@@ -45,6 +45,7 @@ class BodyMotion:
     stddev: FloatArray  # (n, d) [m] or [rad]
     joints: FloatArray  # (n, 15, 3) [m] in map; NaN where unknown
     is_gap: BoolArray  # (n,) whether dof is interpolated across a long gap
+    is_unknown: BoolArray  # (n, d) whether the fusion does not know dof, which is interpolated
     offsets: FloatArray  # (15, 3) [m] each joint in the axes of the link it is fixed in
 
     def __len__(self) -> int:
@@ -59,6 +60,15 @@ class BodyMotion:
     def pose(self) -> BodyPose:
         """Links and joints of the rigid body model at the degrees of freedom."""
         return ForwardKinematics(self.model, self.offsets).pose(self.dof)
+
+    @cached_property
+    def is_turn_unknown(self) -> BoolArray:
+        """Whether a link's rotation depends on an unknown angle, shape (n, links)."""
+        columns: dict[str | None, BoolArray] = {None: np.zeros(len(self), bool)}
+        for name, link in self.model.links.items():  # parents first
+            own = [self.model.dof_index[dof.name] for dof in link.dof]
+            columns[name] = columns[link.parent] | self.is_unknown[:, own].any(axis=1)
+        return np.stack([columns[name] for name in self.model.link_names], axis=1)
 
     @property
     def mean_rate(self) -> float:
@@ -96,6 +106,9 @@ class BodyMotion:
             np.stack([np.interp(new, old, column) for column in columns.T], axis=1)
             for columns in (self.dof, self.stddev)
         )
+        unknown = np.stack(
+            [np.interp(new, old, c) for c in self.is_unknown.T.astype(float)], axis=1
+        )
         turn = Slerp(old, Rotation.from_rotvec(self.dof[:, 3:ROOT_DOF]))
         dof[:, 3:ROOT_DOF] = turn(new).as_rotvec()
         state = np.full(self.joints.shape[:2], TrackingState.TRACKED, np.uint8)
@@ -112,6 +125,7 @@ class BodyMotion:
             stddev=stddev,
             joints=series.at(stamps_ns),
             is_gap=inside & (gap_ns > MAX_GAP_S * NS_PER_S),
+            is_unknown=unknown > 0.0,
         )
 
 
@@ -223,7 +237,8 @@ def _assemble(
             f"{bag.path} has the joint angles {', '.join(names[ROOT_DOF:])}: body model "
             f"'{model.name}' has {', '.join(model.angle_names)}"
         )
-    dof = _bridged(np.array([estimates[stamp].position for stamp in stamps], float))
+    positions = np.array([estimates[stamp].position for stamp in stamps], float)
+    dof = _bridged(positions)
     joints = np.stack([skeletons[stamp].positions for stamp in stamps])
     return BodyMotion(
         body=body,
@@ -233,13 +248,14 @@ def _assemble(
         stddev=np.array([estimates[stamp].position_stddev for stamp in stamps], float),
         joints=joints,
         is_gap=np.zeros(len(stamps), bool),
+        is_unknown=~np.isfinite(positions),
         offsets=measure_offsets(model, dof, joints),
     )
 
 
 def _bridged(dof: FloatArray) -> FloatArray:
-    """Degrees of freedom, shape (n, d), with unknown ones (NaN) interpolated."""
-    rows = np.arange(len(dof))
+    """Degrees of freedom, shape (n, d), with unknown ones (NaN) interpolated, or 0 throughout."""
+    rows, dof = np.arange(len(dof)), dof.copy()
     for column in dof.T:
         known = np.isfinite(column)
         if not known.all():

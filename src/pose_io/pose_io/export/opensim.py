@@ -154,4 +154,9 @@ TRC = Exporter(
     doc="joints as markers, for OpenSim",
     content=lambda motion, options: trc_text(motion, options.rate, options.file_name).encode(),
 )
-MOT = Exporter(doc="joint angles with OpenSim's names and signs", content=_mot, fills_gaps=True)
+MOT = Exporter(
+    doc="joint angles with OpenSim's names and signs",
+    content=_mot,
+    fills_gaps=True,
+    unknown_angles="they are interpolated",
+)

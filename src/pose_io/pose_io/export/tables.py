@@ -23,7 +23,8 @@ def csv_text(motion: BodyMotion) -> str:
     """One row per instant; each column's name ends in its unit.
 
     ``stamp_ns``, ``time_s``; every degree of freedom and its standard deviation; joint positions;
-    segment poses (quaternion x, y, z, w).
+    segment poses (quaternion x, y, z, w). What is unknown is left empty: joints, angles, and the
+    quaternions that depend on such an angle.
     """
     units = ["m" if i < METRES else "deg" for i in range(motion.model.size)]
     scale = np.where(np.arange(motion.model.size) < METRES, 1.0, np.degrees(1.0))
@@ -40,13 +41,15 @@ def csv_text(motion: BodyMotion) -> str:
     ]
     count = len(motion)
     poses = list(segments.values())
+    links = [motion.model.link_names.index(name) for name in motion.model.segments.values()]
+    unknown = motion.is_turn_unknown[:, links].T[..., None]
     columns = [
         motion.times_s[:, None],
-        motion.dof * scale,
+        np.where(motion.is_unknown, np.nan, motion.dof * scale),
         motion.stddev * scale,
         motion.joints.reshape(count, -1),
         *(position for position, _ in poses),
-        *(quaternion for _, quaternion in poses),
+        *(np.where(n, np.nan, turn) for n, (_, turn) in zip(unknown, poses, strict=True)),
     ]
     rows = np.concatenate(columns, axis=1)
     text = io.StringIO()
@@ -105,9 +108,11 @@ CSV = Exporter(
     doc="angles, joints and segments, for spreadsheets",
     content=lambda motion, _: csv_text(motion).encode(),
     constant_rate=False,
+    unknown_angles="their cells are empty",
 )
 JSON_LINES = Exporter(
     doc="JSON lines {segment: position, quaternion}, for robot retargeting",
     content=lambda motion, _: json_lines_text(motion).encode(),
     constant_rate=False,
+    unknown_angles="they are interpolated",
 )

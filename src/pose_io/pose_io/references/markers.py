@@ -19,6 +19,7 @@ from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 KNEE_OFFSET_M = 0.0595  # [m] half of a knee 105 mm wide, and a marker of 14 mm
 ANKLE_OFFSET_M = 0.043  # [m] half of an ankle 72 mm wide, and a marker of 14 mm
 METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "meters": 1.0, "millimeters": 0.001}
+TRUNK_M = (0.15, 1.5)  # [m] from the hips to the neck, of an infant and a giant
 
 SIGNS = {"left": 1.0, "right": -1.0}  # along the lateral axis
 MEDIAL = {"knee": ("{s}knm", "{s}mkne", "{s}knem"), "ankle": ("{s}mma", "{s}mank", "{s}ankm")}
@@ -66,7 +67,8 @@ def skeleton_of_markers(markers: MarkerSeries, source: str) -> SkeletonSeries:
         source: The file's name, for errors.
 
     Raises:
-        InputError: If they do not determine the trunk, in whose axes all angles are measured.
+        InputError: If they do not determine the trunk, in whose axes all angles are measured, or
+            its length shows that the unit is wrong.
     """
     builder = _JointCentres(markers)
     positions = np.full((len(markers.stamps_ns), len(JOINTS), 3), np.nan)
@@ -84,12 +86,25 @@ def skeleton_of_markers(markers: MarkerSeries, source: str) -> SkeletonSeries:
             "or LHJC, …, neck) or Plug-in Gait markers (LASI RASI LPSI RPSI or SACR; C7 CLAV), "
             f"found {found}"
         )
+    _check_unit(positions, source)
     state = np.where(
         np.isfinite(positions).all(axis=2), TrackingState.TRACKED, TrackingState.NOT_TRACKED
     )
     return SkeletonSeries(
         stamps_ns=markers.stamps_ns, positions=positions, tracking_state=state.astype(np.uint8)
     )
+
+
+def _check_unit(positions: FloatArray, source: str) -> None:
+    """Raise an InputError if positions (n, 15, 3) [m] are those of no person's size."""
+    left, right, neck = (positions[:, JOINT_INDEX[n]] for n in ("left_hip", "right_hip", "neck"))
+    length_m = _median_length(neck - 0.5 * (left + right))
+    if not TRUNK_M[0] <= length_m <= TRUNK_M[1] and np.isfinite(length_m):
+        raise InputError(
+            f"{source}: hips and neck are {length_m:.3g} m apart, expected {TRUNK_M[0]:g} to "
+            f"{TRUNK_M[1]:g} m: its numbers are not in the unit that it states: correct the unit "
+            "to mm, cm or m"
+        )
 
 
 class _JointCentres:

@@ -11,6 +11,7 @@ from pose_core.joints import SIDES
 from pose_io.export.opensim import LIMBS
 from pose_io.references.reference import Reference, numbers_of, text_of
 
+TURN = 2.0 * np.pi  # [rad] larger numbers are degrees; a motion without any may be in radians
 KNEE_NOTE = (
     "its knees bend to negative angles, as in the older OpenSim models: the sign is reversed"
 )
@@ -24,7 +25,7 @@ def read_mot(path: Path) -> Reference:
     """Read the angles of a MOT file.
 
     Raises:
-        InputError: If it is not a MOT file, or contains none of the angles.
+        InputError: If it is not a MOT file, contains none of the angles, or states a wrong unit.
     """
     columns, in_degrees = _table(path)
     stamps_ns = np.round(1e9 * columns["time"]).astype(np.int64)
@@ -44,7 +45,17 @@ def read_mot(path: Path) -> Reference:
             f"{path} holds none of the angles: expected some of {wanted}, … of OpenSim, found "
             f"{', '.join(sorted(columns))}"
         )
+    largest = max(float(np.nanmax(np.abs(angles[name]))) for name in known) / unit
+    if not in_degrees and largest > TURN:
+        raise InputError(
+            f"{path}: its largest angle is {largest:.1f}, in radians by its header (inDegrees=no, "
+            "or nothing), but no angle exceeds a turn: write inDegrees=yes"
+        )
     notes = [PELVIS_NOTE]
+    if in_degrees and largest < TURN:
+        notes.append(
+            f"its largest angle is {largest:.2f}°: if its angles are in radians, write inDegrees=no"
+        )
     knees = [f"{side}_knee_flexion" for side in SIDES if f"{side}_knee_flexion" in known]
     if knees and np.nanmean([np.nanmean(angles[knee]) for knee in knees]) < 0.0:
         angles.update({knee: -angles[knee] for knee in knees})

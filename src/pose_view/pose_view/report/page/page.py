@@ -7,7 +7,6 @@ from datetime import datetime, timezone
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.agreement import ViewAgreement
 from pose_evaluation.methods import FUSED, MEAN
@@ -23,7 +22,7 @@ from pose_view.report.page.sections import Section, sections
 WELL_CM, FAIRLY_CM = 5.0, 8.0  # [cm] mean distance of the same joint in two views
 EXCESS, EXCESS_CM = 1.5, 2.0  # [-], [cm] above the best rigid fit: the extrinsics are wrong
 LONG_GAP_S = 1.0  # [s]
-
+RAW = "raw skeletons (kinect_<name>/skeletons)"
 
 MEANINGS = {
     REFERENCE: "what it is compared with",
@@ -39,7 +38,7 @@ MEANINGS = {
     "imu": "the IMUs alone",
 }
 """Description of each method; all others are cameras."""
-DAY = 24 * 3600 * 1_000_000_000  # [ns] stamps below it are not dates
+EARLIEST_NS = 1_262_304_000 * 1_000_000_000  # [ns] 2010, the first Kinect's year: before, no dates
 
 
 def verdict(analysis: Analysis) -> list[str]:
@@ -53,12 +52,20 @@ def _how_good(analysis: Analysis) -> str:
     focus = analysis.recording.focus
     compared = analysis.compared
     if compared is not None and focus not in compared.left_out:
+        count = compared.evaluation.angle_count
         found = [f"{method_label(focus)} is {_error(analysis, focus)} from the reference"]
         others = [m.name for m in compared.evaluation.methods if m.name != focus]
         found += [f"{method_label(name)} {_error(analysis, name)}" for name in others]
-        return f"{'; '.join(found)} (RMSE, mean of {len(ANGLES)} angles)."
+        return f"{'; '.join(found)} (RMSE, mean of {count} angles)."
     estimates = analysis.recording.estimates.get(focus)
     text = "There is no reference to compare with"
+    if compared is not None:
+        begin_ns, end_ns = (int(ns) for ns in compared.reference.stamps_ns[[0, -1]])
+        common_s = analysis.recording.methods[focus].between(begin_ns, end_ns).duration_s
+        text = (
+            f"{method_label(focus)} is not compared with the reference, with which it has only "
+            f"{common_s:.1f} s in common"
+        )
     if estimates is None:
         return f"{text}, so how good the angles are is not known."
     angles = [not name.startswith("pelvis_") for name in estimates.names]
@@ -77,8 +84,9 @@ def _distance_cm(view: ViewAgreement) -> float:
 
 def _how_near(analysis: Analysis, view: ViewAgreement | None) -> str:
     if view is None:
-        count = len(analysis.recording.sensors)
-        return f"With {'one camera' if count else 'no camera'} there are no two views to compare."
+        if not analysis.recording.sensors:
+            return f"The recording holds no {RAW}: there are no views to compare."
+        return "With one camera there are no two views to compare."
     distance_cm = _distance_cm(view)
     how = "well" if distance_cm <= WELL_CM else "fairly" if distance_cm <= FAIRLY_CM else "badly"
     angles_deg = mean_known(list(view.angle_difference_deg.values()))
@@ -107,6 +115,8 @@ def _what_to_do(analysis: Analysis, view: ViewAgreement | None) -> str:
         )
     if view is not None and view.best_rigid_cm > FAIRLY_CM:
         return "Look at the cameras: one sees the person half hidden, from behind, or not at all."
+    if not recording.sensors:
+        return f"To compare the views, record or keep the {RAW} beside the fused pose."
     if not recording.segments:
         return "Nothing has to be done; worn IMUs would improve the angles most."
     return "Nothing has to be done."
@@ -145,7 +155,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
     """Description of the recording, line by line."""
     recording = analysis.recording
     lines = [("recording", recording.name)]
-    if recording.begin_ns > 365 * DAY:
+    if recording.begin_ns >= EARLIEST_NS:
         begin = datetime.fromtimestamp(recording.begin_ns // 1_000_000_000, tz=timezone.utc)
         lines.append(("begins", f"{begin:%Y-%m-%d %H:%M:%S} UTC"))
     lines.append(("length", f"{recording.duration_s:.1f} s"))

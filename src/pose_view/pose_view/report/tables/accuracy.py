@@ -42,12 +42,13 @@ def accuracy_tables(evaluation: Evaluation) -> list[Table]:
 def overview_table(evaluation: Evaluation) -> Table:
     """Overview: one line per figure."""
     methods = evaluation.methods
+    mean = f"RMSE, mean of {evaluation.angle_count} angles [deg]"
     return Table(
         caption="Overview of all methods",
         head="measure",
         columns=[method_label(method.name) for method in methods],
         rows=(
-            number_row("RMSE, mean of 12 angles [deg]", [m.mean_rmse_deg for m in methods], 1, min),
+            number_row(mean, [m.mean_rmse_deg for m in methods], 1, min),
             number_row(
                 "RMSE, hips and knees [deg]", [m.mean_leg_rmse_deg for m in methods], 1, min
             ),

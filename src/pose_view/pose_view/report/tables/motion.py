@@ -22,7 +22,8 @@ def range_table(ranges: Mapping[str, Mapping[str, AngleRange]]) -> Table:
         "Range of motion: highest − lowest angle [deg]",
         "angle",
         {name: {angle: each[angle].range_deg for angle in ANGLES} for name, each in ranges.items()},
-        note="Angles after a zero-phase low-pass filter (6 Hz).",
+        note="Angles after a zero-phase low-pass filter (6 Hz); flexion of hip and shoulder "
+        "without what is more than 60° sideways, where it is undefined.",
         digits=1,
     )
 

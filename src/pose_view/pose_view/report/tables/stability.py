@@ -23,7 +23,7 @@ def method_table(angles: Mapping[str, AngleSeries]) -> Table:
     """Differences between the methods and the reference."""
     differences = angle_differences_deg(angles)
     return Table(
-        caption="Difference of the methods: RMS, mean of 12 angles [deg]",
+        caption="Difference of the methods: RMS, mean of the angles [deg]",
         head="method",
         columns=[method_label(name) for name in angles],
         rows=[
@@ -34,7 +34,7 @@ def method_table(angles: Mapping[str, AngleSeries]) -> Table:
             )
             for first in angles
         ],
-        note="Each pair over its common time; no lag is removed.",
+        note="Each pair over its common time and the angles that both have; no lag is removed.",
     )
 
 
