@@ -3,6 +3,7 @@
 import sys
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from session_bag import write_session
 from synthetic_body import extrinsics
@@ -10,6 +11,8 @@ from worn_imus import IMU_SEGMENTS, merged, moving_wearer
 
 from pose_core.errors import InputError
 from pose_fusion.tools import fuse
+from pose_io.bag_samples import read_estimates
+from pose_io.bags import open_bag
 
 DURATION_S = 9.0
 LIES = "left_forearm"
@@ -48,3 +51,19 @@ def test_the_imu_estimator_reports_missing_imus(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", arguments)
     with pytest.raises(InputError, match="holds no IMU's orientations"):
         fuse.run()
+
+
+def test_imus_whose_orientations_are_all_inverse_do_not_change_the_result(tmp_path, monkeypatch):
+    _, _, skeletons, imus = moving_wearer(DURATION_S)
+    inverse = [replace(s, orientation=s.orientation * [-1, -1, -1, 1]) for s in imus]
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    bag = write_session(tmp_path / "in", merged(skeletons, inverse), placed)
+    angles = []
+    for name, words in {"with": [], "without": ["--no-use-imus"]}.items():
+        monkeypatch.setattr(sys, "argv", ["fuse", str(bag), str(tmp_path / name), *words])
+        fuse.run()
+        with open_bag(tmp_path / name) as fused:
+            angles.append(read_estimates(fused))
+    _, first, second = np.intersect1d(*(a.stamps_ns for a in angles), return_indices=True)
+    assert len(first) > 100 * (DURATION_S - 2.0)
+    np.testing.assert_allclose(angles[0].position[first], angles[1].position[second], atol=1e-6)
