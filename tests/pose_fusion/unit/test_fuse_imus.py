@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from session_bag import write_session
 from synthetic_body import extrinsics
 from worn_imus import IMU_SEGMENTS, merged, moving_wearer
 
-from pose_core.errors import InputError
+from pose_core.errors import InputError, PoseError
 from pose_fusion.tools import fuse
 from pose_io.bag_samples import read_estimates
 from pose_io.bags import open_bag
@@ -67,3 +68,17 @@ def test_imus_whose_orientations_are_all_inverse_do_not_change_the_result(tmp_pa
     _, first, second = np.intersect1d(*(a.stamps_ns for a in angles), return_indices=True)
     assert len(first) > 100 * (DURATION_S - 2.0)
     np.testing.assert_allclose(angles[0].position[first], angles[1].position[second], atol=1e-6)
+
+
+CSV = Path(__file__).parents[2] / "kinect_bridge" / "data" / "two_sensors.csv"
+
+
+def test_rows_that_are_left_out_are_named_also_where_nothing_can_be_fused(
+    tmp_path, monkeypatch, capsys
+):
+    path = tmp_path / "rounded.csv"
+    path.write_text(CSV.read_text().replace("left,100.100,7.100", "left,100.000,7.000"))
+    monkeypatch.setattr(sys, "argv", ["fuse", str(path), str(tmp_path / "out")])
+    with pytest.raises(PoseError):
+        fuse.run()
+    assert "sensor left: 1 of 5 rows left out" in capsys.readouterr().err

@@ -23,7 +23,7 @@ from pose_core.api import (
     make_urdf,
     save_body_shape,
 )
-from pose_core.errors import InputError
+from pose_core.errors import InputError, PoseError
 from pose_core.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
 from pose_core.stamps import NS_PER_S
 from pose_fusion.conversions import (
@@ -302,9 +302,14 @@ def run() -> int | None:
             console.print(
                 f"sensors: {', '.join(parameters.sensors)}; not used: {', '.join(unused)}"
             )
-        pipeline = fuse(
-            bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
-        )
+        try:
+            pipeline = fuse(
+                bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
+            )
+        except PoseError:  # what was left out may be the cause
+            for line in bag.remarks:
+                console.print(line, soft_wrap=True)
+            raise
         unread = () if parameters.use_imus else imu_topics(bag)
     print(
         f"{arguments.out_bag}: {sum(pipeline.estimates.values())} estimates from "
@@ -312,6 +317,7 @@ def run() -> int | None:
     )
     subject = pipeline.subject
     lines = (
+        (f"  {remark}" for remark in bag.remarks),
         people_lines(pipeline),
         fault_lines(subject.counters.as_dict()),
         body_lines(subject.shape),
