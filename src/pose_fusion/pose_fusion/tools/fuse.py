@@ -187,7 +187,7 @@ def fuse(
             add_all(aligning, bag, progress, "aligning the IMUs", history)
             pipeline.use_sensor_to_segment(history.initial(aligning.subject))
         for line in add_all(pipeline, bag, progress, "fusing"):
-            console.print(line)
+            console.print(line, soft_wrap=True)
         if not pipeline.estimates:
             raise InputError(f"{bag.path} {_reason_for_no_pose(pipeline)}")
         path, shape = Path(parameters.shape_file), pipeline.subject.shape
