@@ -11,6 +11,7 @@ from synthetic_body import extrinsics
 from worn_imus import IMU_SEGMENTS, merged, moving_wearer
 
 from pose_core.errors import InputError, PoseError
+from pose_core.streams.repeated_frames import FROZEN_FRAMES
 from pose_fusion.tools import fuse
 from pose_io.bag_samples import read_estimates
 from pose_io.bags import open_bag
@@ -82,3 +83,21 @@ def test_rows_that_are_left_out_are_named_also_where_nothing_can_be_fused(
     with pytest.raises(PoseError):
         fuse.run()
     assert "sensor left: 1 of 5 rows left out" in capsys.readouterr().err
+
+
+def test_a_tracker_that_repeats_one_frame_is_named_with_their_number(tmp_path, monkeypatch, capsys):
+    _, _, skeletons, _ = moving_wearer(4.0)
+    right = [one for one in skeletons if one.sensor == "right"]
+    still = {one.stamp_ns: right[60] for one in right[60:90]}
+    frozen = [
+        replace(one, positions=still[one.stamp_ns].positions)
+        if one.sensor == "right" and one.stamp_ns in still
+        else one
+        for one in skeletons
+    ]
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    bag = write_session(tmp_path / "in", frozen, placed)
+    monkeypatch.setattr(sys, "argv", ["fuse", str(bag), str(tmp_path / "out")])
+    fuse.run()
+    (line,) = [each for each in capsys.readouterr().out.splitlines() if "repeats one frame" in each]
+    assert line.strip().startswith(f"right: {30 - FROZEN_FRAMES} frames left out")

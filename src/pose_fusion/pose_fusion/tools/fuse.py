@@ -249,6 +249,15 @@ def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
         )
 
 
+def repeated_lines(pipeline: PeoplePipeline) -> Iterator[str]:
+    """Which cameras repeated one frame."""
+    for sensor, count in sorted(pipeline.repeated_frames.items()):
+        yield (
+            f"  {sensor}: {count} frames left out: its tracker repeats one frame exactly: "
+            "restart it before the next recording"
+        )
+
+
 def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
     """What went wrong, and what was done about it."""
     late = counts.get("frames_too_late", 0)
@@ -319,6 +328,7 @@ def run() -> int | None:
     lines = (
         (f"  {remark}" for remark in bag.remarks),
         people_lines(pipeline),
+        repeated_lines(pipeline),
         fault_lines(subject.counters.as_dict()),
         body_lines(subject.shape),
         delay_lines(pipeline),
