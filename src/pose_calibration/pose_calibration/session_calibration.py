@@ -31,6 +31,7 @@ from pose_core.api import (
     Extrinsics,
     ImuBlock,
     ImuSample,
+    RepeatedFrames,
     SkeletonSample,
     TimeAligner,
     block_of,
@@ -264,8 +265,13 @@ def _all(by_sensor: BySensor) -> list[SkeletonSample]:
 def _frames_and_blocks(
     frames: Sequence[Frame | ImuBlock],
 ) -> tuple[list[Frame], list[ImuBlock]]:
-    """The frames with somebody in them, and the IMUs' samples."""
-    frames_kept = [each for each in frames if not isinstance(each, ImuBlock) and each]
+    """The frames with somebody in them that are not repeated on and on, and the IMUs' samples."""
+    repeated = RepeatedFrames()
+    frames_kept = [
+        each
+        for each in frames
+        if not isinstance(each, ImuBlock) and each and not repeated.is_frozen(each[0].sensor, each)
+    ]
     return frames_kept, [each for each in frames if isinstance(each, ImuBlock)]
 
 

@@ -86,6 +86,7 @@ from pose_core.streams.clocks import (
 )
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
 from pose_core.streams.recording_order import RecordingOrder, in_order
+from pose_core.streams.repeated_frames import RepeatedFrames
 from pose_core.streams.samples import (
     ImuBlock,
     ImuSample,
@@ -156,6 +157,7 @@ __all__ = [
     "PoseEstimate",
     "ROOT_DOF",
     "RecordingOrder",
+    "RepeatedFrames",
     "SEGMENTS",
     "SIDES",
     "SessionBody",

@@ -3,7 +3,7 @@
 Works on the messages of ``pose_io.bags``, and needs no ROS.
 """
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
@@ -32,7 +32,13 @@ from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.static_transforms import transforms_to_map
-from pose_io.topics import body_topic, imu_topics, sensor_topics, static_transform_topics
+from pose_io.topics import (
+    body_topic,
+    imu_topics,
+    misnamed_imu_topics,
+    sensor_topics,
+    static_transform_topics,
+)
 
 Progress = Callable[[float], None]
 """Called with the fraction of the bag that has been read, 0 to 1."""
@@ -65,6 +71,8 @@ class BagFrames:
         self._order = None if clocks is None else RecordingOrder(clocks)
         self._sensors = {topic: name for name, topic in sensor_topics(bag).items()}
         self._imus = {topic: name for name, topic in imu_topics(bag).items() if imus}
+        self._misnamed = misnamed_imu_topics(bag) if imus else []
+        self._without_orientation: Counter[str] = Counter()  # samples by topic
         self._progress = progress or (lambda _: None)
         self.counters = Counters("frames", "malformed_frames", "imu", "imu_without_orientation")
         self._readers = {topic: SkeletonReader(name) for topic, name in self._sensors.items()}
@@ -93,8 +101,20 @@ class BagFrames:
     @property
     def left_out(self) -> Sequence[str]:
         """Lines about IMU samples that were left out, and about wrong names in messages."""
-        faults = [f"{topic}: {one.fault}" for topic, one in self._readers.items() if one.fault]
-        return [*faults, *(() if self._order is None else self._order.left_out)]
+        lines = [f"{topic}: {one.fault}" for topic, one in self._readers.items() if one.fault]
+        if self._without_orientation:
+            topics = ", ".join(sorted(self._without_orientation))
+            lines.append(
+                f"IMUs: {self._without_orientation.total()} samples left out, without an "
+                f"orientation (covariance −1, or NaN): {topics}: publish orientations, for example "
+                "with imu_filter_madgwick"
+            )
+        if self._misnamed:
+            lines.append(
+                f"IMUs: topics not used: {', '.join(self._misnamed)}: record them as "
+                "imu_<segment>/data, for example imu_left_thigh/data"
+            )
+        return [*lines, *(() if self._order is None else self._order.left_out)]
 
     def _sorted(
         self, batch: list[BagMessage]
@@ -124,6 +144,9 @@ class BagFrames:
         place = np.array([place for each in own.values() for place in each], np.intp)
         self.counters.add("imu", len(place))
         self.counters.add("imu_without_orientation", len(place) - len(rows))
+        if len(rows) < len(place):
+            topics = np.repeat(list(own), [len(each) for each in own.values()])
+            self._without_orientation.update(np.delete(topics, rows).tolist())
         order = np.argsort(place[rows])
         return block.rows(order), place[rows][order]
 

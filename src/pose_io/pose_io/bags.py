@@ -6,7 +6,7 @@ or serialised CDR bytes; both have the same fields as the ROS messages.
 
 import shutil
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -56,6 +56,8 @@ class BagReader:
         self._ours = reader.default_typestore or make_typestore()
         self.typestore: Typestore = reader.typestore
         """The bag's own message definitions, or those given for it."""
+        self.remarks: Sequence[str] = ()
+        """Lines about frames that a recording of skeletons lost on its way into this bag."""
         self.topics: dict[str, BagTopic] = {}
         for connection in reader.connections:
             known = self.topics.get(connection.topic)
@@ -228,6 +230,7 @@ def _open_recording(path: Path) -> BagReader:
     # Imported here: the readers take long to load, and bags do not need them.
     from pose_io.recording_bag import write_recording_bag
     from pose_io.recordings.formats import detect_format, read_recording
+    from pose_io.recordings.timeline import make_timeline, order_lines
 
     try:
         detect_format(path)
@@ -240,10 +243,14 @@ def _open_recording(path: Path) -> BagReader:
     temporary = Path(tempfile.mkdtemp(prefix="pose-recording-"))
     try:
         write_recording_bag(recording, temporary / "bag")
-        return _open(temporary / "bag", path, temporary=temporary)
+        bag = _open(temporary / "bag", path, temporary=temporary)
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise
+    bag.remarks = [
+        line for one in recording.streams for line in order_lines(one, make_timeline(one))
+    ]
+    return bag
 
 
 def _indexed_mcap(reader: AnyReader) -> McapReader | None:

@@ -11,6 +11,8 @@ if TYPE_CHECKING:  # rosbags takes long to load, and nodes use the names only
     from pose_io.bags import BagReader
 
 SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
+IMU = "sensor_msgs/msg/Imu"
+IN_CAMERA = re.compile(r"(?:^|/)kinect_\w+/")
 IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
 BODY_TOPIC = re.compile(rf"{BODIES}(?P<body>[^/]+)/(?P<leaf>\w+)$")
 OTHER_BODY = re.compile(r"person_\d+")
@@ -23,7 +25,14 @@ def sensor_topics(bag: "BagReader") -> dict[str, str]:
 
 def imu_topics(bag: "BagReader") -> dict[str, str]:
     """Topic of each IMU's orientation by body segment, in the order of names."""
-    return _topics(bag, IMU_TOPIC, "sensor_msgs/msg/Imu")
+    return _topics(bag, IMU_TOPIC, IMU)
+
+
+def misnamed_imu_topics(bag: "BagReader") -> list[str]:
+    """Topics of IMUs whose names tell no segment, but for those in cameras."""
+    used = imu_topics(bag).values()
+    topics = sorted(bag.topics_of_type(IMU))
+    return [each for each in topics if each not in used and not IN_CAMERA.search(each)]
 
 
 def unused_sensors(

@@ -115,3 +115,14 @@ def test_coordinates_that_no_camera_can_give_are_called_out(monkeypatch, capsys,
     assert "ABSURD   1 joints are more than 100 m away, the farthest 1e+30 m" in (
         capsys.readouterr().out
     )
+
+
+def test_rows_with_the_time_of_another_are_named_with_the_likely_cause(
+    monkeypatch, capsys, tmp_path
+):
+    path = tmp_path / "rounded.csv"
+    path.write_text(CSV.read_text().replace("left,100.100,7.100", "left,100.000,7.000"))
+
+    assert run(monkeypatch, path, "--print-only") == 0
+
+    assert "ORDER    1 of 5 rows left out" in capsys.readouterr().out

@@ -191,3 +191,26 @@ def test_two_offsets_of_the_imus_differ_by_what_they_differ_to_5_ms():
     """Trackers' lag is the same in both: what is left is the search itself."""
     apart_s = findings(0.45).offset_s - findings(-0.3).offset_s
     assert apart_s == pytest.approx(0.75, abs=0.005)
+
+
+@pytest.mark.parametrize("way", ["inverse", "w x y z"])
+def test_imus_whose_orientations_are_refused_give_no_clock_and_no_vertical(way):
+    one = session("dance", 3, 0.0, imus=True)
+    turn = {"inverse": [-1, -1, -1, 1], "w x y z": [1, 1, 1, 1]}[way]
+    imus = [
+        block_of(
+            replace(
+                each, orientation=np.roll(each.orientation * turn, 1 if way == "w x y z" else 0)
+            )
+        )
+        for each in one.imus
+    ]
+    alone = calibrate(one.skeletons, ("left", "right"))
+
+    found = calibrate([*one.skeletons, *imus], ("left", "right"))
+
+    assert found.imus is None
+    assert found.extrinsics.clocks == alone.extrinsics.clocks
+    np.testing.assert_array_equal(
+        found.extrinsics.T_map_reference, alone.extrinsics.T_map_reference
+    )

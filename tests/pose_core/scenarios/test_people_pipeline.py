@@ -14,6 +14,7 @@ from pose_core.fusion.pipeline import Pipeline
 from pose_core.people.pipeline import PeoplePipeline
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.stamps import NS_PER_S
+from pose_core.streams.repeated_frames import FROZEN_FRAMES
 from pose_core.streams.samples import ImuSample
 
 PLACED = extrinsics_from_map(POSES)
@@ -180,3 +181,16 @@ def test_samples_too_old_for_the_buffer_are_counted(two):
     counts = pipeline.people_counts
     assert counts["skeletons_discarded_before_extrinsics"] == len(first)
     assert counts["imu_samples_discarded_before_extrinsics"] == 1
+
+
+def test_frames_that_a_camera_repeats_are_left_out_of_a_recording_and_counted():
+    frames = [persons for persons, _ in frames_of(TWO[:1], 4.0)]
+    of_left = [k for k, persons in enumerate(frames) if persons and persons[0].sensor == "left"]
+    first, *others = of_left[60:90]
+    for k in others:
+        stamps = {"stamp_ns": frames[k][0].stamp_ns}
+        frames[k] = [replace(person, **stamps) for person in frames[first]]
+
+    _, pipeline = fused([(persons, None) for persons in frames])
+
+    assert pipeline.repeated_frames == {"left": len(others) - FROZEN_FRAMES + 1}

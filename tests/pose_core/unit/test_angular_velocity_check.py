@@ -178,3 +178,17 @@ def test_samples_of_inverse_orientations_are_not_used():
         imus.add(given.rows(rows))
     assert imus.inverse == {"torso"}
     assert len(imus.read(int(given.stamps_ns[-1]))) == 0
+
+
+def test_an_orientation_that_may_be_the_inverse_is_not_used_until_turns_about_other_axes_decide():
+    _, rates = turning(10.0)
+    rates = rates * [1.0, 0.0, 0.0]
+    orientations = Rotation.from_rotvec(np.cumsum(rates, axis=0) * PERIOD_S)
+    imus, given = ImuSet(), block(orientations.inv(), rates)
+    used = []
+    for rows in np.array_split(np.arange(len(rates)), 20):
+        imus.add(given.rows(rows))
+        used.append(imus.history.newest_ns("torso") == given.stamps_ns[rows[-1]])
+    assert imus.inverse == frozenset()
+    assert not used[5]
+    assert used[-1]  # turns about one axis are all it has

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from pose_core.joints import JOINTS
+from pose_core.streams.repeated_frames import FROZEN_FRAMES
 from pose_core.streams.samples import SkeletonSample
-from pose_fusion.watching.cameras import FROZEN_FRAMES, MISSED_CHECKS, UNDECIDED, CameraWatch
+from pose_fusion.watching.cameras import MISSED_CHECKS, UNDECIDED, CameraWatch
 
 
 def person(x, tracking_state=2):

@@ -1,6 +1,7 @@
 import io
 import os
 import signal
+import socket
 import sys
 from argparse import Namespace
 from pathlib import Path
@@ -252,3 +253,27 @@ def test_the_graph_s_own_nodes_are_waited_for(tmp_path):
     graph = LaunchedGraph("capture.launch.yaml", {"recording": "r.csv"}, tmp_path / "graph.log")
     expected = {"calibration", "fusion", "kinect_left", "kinect_right", "recorder"}
     assert expected <= set(graph.planned_nodes())
+
+
+def test_the_demo_runs_in_a_free_domain_of_its_own_and_prints_it(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "")
+    monkeypatch.setattr(demo_start.os, "getpid", lambda: 41)
+    monkeypatch.setattr(demo_start, "_is_free", lambda domain: domain != 42)
+    printed = io.StringIO()
+    demo_start.use_own_domain(Console(file=printed, width=200))
+    assert os.environ["ROS_DOMAIN_ID"] == "43"
+    assert "export ROS_DOMAIN_ID=43" in printed.getvalue()
+
+
+def test_a_domain_in_which_somebody_listens_is_not_free():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        domain = next(d for d in range(1, 101) if demo_start._is_free(d))
+        other.bind(("", 7400 + 250 * domain))
+        assert not demo_start._is_free(domain)
+
+
+def test_a_domain_that_is_set_is_kept(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    demo_start.use_own_domain(Console(quiet=True))
+    assert os.environ["ROS_DOMAIN_ID"] == "7"

@@ -2,14 +2,19 @@
 
 import sys
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 from session_bag import write_session
 from synthetic_body import extrinsics
 from worn_imus import IMU_SEGMENTS, merged, moving_wearer
 
-from pose_core.errors import InputError
+from pose_core.errors import InputError, PoseError
+from pose_core.streams.repeated_frames import FROZEN_FRAMES
 from pose_fusion.tools import fuse
+from pose_io.bag_samples import read_estimates
+from pose_io.bags import open_bag
 
 DURATION_S = 9.0
 LIES = "left_forearm"
@@ -48,3 +53,51 @@ def test_the_imu_estimator_reports_missing_imus(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", arguments)
     with pytest.raises(InputError, match="holds no IMU's orientations"):
         fuse.run()
+
+
+def test_imus_whose_orientations_are_all_inverse_do_not_change_the_result(tmp_path, monkeypatch):
+    _, _, skeletons, imus = moving_wearer(DURATION_S)
+    inverse = [replace(s, orientation=s.orientation * [-1, -1, -1, 1]) for s in imus]
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    bag = write_session(tmp_path / "in", merged(skeletons, inverse), placed)
+    angles = []
+    for name, words in {"with": [], "without": ["--no-use-imus"]}.items():
+        monkeypatch.setattr(sys, "argv", ["fuse", str(bag), str(tmp_path / name), *words])
+        fuse.run()
+        with open_bag(tmp_path / name) as fused:
+            angles.append(read_estimates(fused))
+    _, first, second = np.intersect1d(*(a.stamps_ns for a in angles), return_indices=True)
+    assert len(first) > 100 * (DURATION_S - 2.0)
+    np.testing.assert_allclose(angles[0].position[first], angles[1].position[second], atol=1e-6)
+
+
+CSV = Path(__file__).parents[2] / "kinect_bridge" / "data" / "two_sensors.csv"
+
+
+def test_rows_that_are_left_out_are_named_also_where_nothing_can_be_fused(
+    tmp_path, monkeypatch, capsys
+):
+    path = tmp_path / "rounded.csv"
+    path.write_text(CSV.read_text().replace("left,100.100,7.100", "left,100.000,7.000"))
+    monkeypatch.setattr(sys, "argv", ["fuse", str(path), str(tmp_path / "out")])
+    with pytest.raises(PoseError):
+        fuse.run()
+    assert "sensor left: 1 of 5 rows left out" in capsys.readouterr().err
+
+
+def test_a_tracker_that_repeats_one_frame_is_named_with_their_number(tmp_path, monkeypatch, capsys):
+    _, _, skeletons, _ = moving_wearer(4.0)
+    right = [one for one in skeletons if one.sensor == "right"]
+    still = {one.stamp_ns: right[60] for one in right[60:90]}
+    frozen = [
+        replace(one, positions=still[one.stamp_ns].positions)
+        if one.sensor == "right" and one.stamp_ns in still
+        else one
+        for one in skeletons
+    ]
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    bag = write_session(tmp_path / "in", frozen, placed)
+    monkeypatch.setattr(sys, "argv", ["fuse", str(bag), str(tmp_path / "out")])
+    fuse.run()
+    (line,) = [each for each in capsys.readouterr().out.splitlines() if "repeats one frame" in each]
+    assert line.strip().startswith(f"right: {30 - FROZEN_FRAMES} frames left out")

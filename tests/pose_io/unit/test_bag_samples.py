@@ -6,6 +6,7 @@ from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_core.streams.samples import ImuBlock, SkeletonSample
 from pose_io.bag_samples import (
+    BagFrames,
     BagSamples,
     read_body_series,
     read_estimates,
@@ -164,6 +165,32 @@ def test_an_imu_without_orientation_is_counted_and_left_out(make_bag):
     samples = BagSamples(bag)
     assert [type(sample) for sample in samples] == [SkeletonSample]
     assert samples.counters["imu_without_orientation"] == 1
+
+
+def test_imu_samples_without_orientation_are_named_by_topic_with_a_remedy(make_bag):
+    bag = make_bag(
+        ("/kinect_left/skeletons", seen(0, skeleton(0)), 0),
+        ("/imu_head/data", imu(7 * MS), 8 * MS),
+        ("/imu_torso/data", imu(7 * MS, variance=-1.0), 8 * MS),
+        ("/imu_torso/data", imu(9 * MS, variance=-1.0), 9 * MS),
+    )
+    frames = BagFrames(bag)
+    assert sum(len(each) for each in frames if isinstance(each, ImuBlock)) == 1
+    (line,) = (each for each in frames.left_out if each.startswith("IMUs"))
+    assert line.startswith("IMUs: 2 samples left out, without an orientation")
+    assert "/imu_torso/data: publish" in line
+    assert "head" not in line
+
+
+def test_imu_topics_whose_names_tell_no_segment_are_named_with_the_expected_form(make_bag):
+    bag = make_bag(
+        ("/kinect_left/skeletons", seen(0, skeleton(0)), 0),
+        ("/kinect_left/imu", imu(7 * MS), 8 * MS),  # of the camera
+        ("/xsens/pelvis/imu", imu(7 * MS), 8 * MS),
+    )
+    (line,) = BagFrames(bag).left_out
+    assert line.startswith("IMUs: topics not used: /xsens/pelvis/imu: record them as imu_<segment>")
+    assert not BagFrames(bag, imus=False).left_out
 
 
 def test_a_malformed_skeleton_is_counted_and_left_out(make_bag):

@@ -8,6 +8,7 @@ from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_io.recordings.formats import plain_csv, read_recording, table
 from pose_io.recordings.recording import make_recording, make_stream
+from pose_io.recordings.timeline import make_timeline, order_lines
 
 CSV = Path(__file__).parents[2] / "kinect_bridge" / "data" / "two_sensors.csv"
 
@@ -226,4 +227,46 @@ def test_a_table_that_becomes_too_long_when_it_is_unpacked_is_refused(tmp_path, 
     path.write_bytes(gzip.compress(header + b"," * 50_000_000))
 
     with pytest.raises(InputError, match=r"has more than .* MB: split the recording"):
+        read_recording(path)
+
+
+def rows_of(tmp_path):
+    """Header and rows of a file of ten frames at 30 Hz."""
+    path = made(tmp_path)
+    lines = path.read_text().splitlines(keepends=True)
+    return path, lines[:2], lines[2:]
+
+
+@pytest.mark.parametrize("order", [[*range(6, 10), *range(6)], range(9, -1, -1)])
+def test_rows_that_are_not_in_the_order_of_time_are_sorted_and_counted(tmp_path, order):
+    path, header, rows = rows_of(tmp_path)
+    path.write_text("".join([*header, *(rows[row] for row in order)]))
+
+    stream = read_recording(path).streams[0]
+    timeline = make_timeline(stream)
+
+    assert len(timeline) == 10
+    assert timeline.counts["frames_reordered"] == stream.frames_sorted > 0
+    (line,) = order_lines(stream, timeline)
+    assert line.startswith(f"sensor left: {stream.frames_sorted} of 10 frames stood after later")
+
+
+def test_rows_whose_rounded_times_are_equal_are_named(tmp_path):
+    path, header, rows = rows_of(tmp_path)
+    rounded = [row.replace(row.split(",")[1], f"{float(row.split(',')[1]):.1f}") for row in rows]
+    path.write_text("".join([*header, *rounded]))
+
+    stream = read_recording(path).streams[0]
+
+    (line,) = order_lines(stream, make_timeline(stream))
+    assert line.startswith("sensor left: 6 of 10 rows left out")
+    assert "is the time column rounded?" in line
+
+
+def test_times_in_whole_seconds_are_refused(tmp_path):
+    path, header, rows = rows_of(tmp_path)
+    in_seconds = [row.replace(row.split(",")[1], f"{k // 5}") for k, row in enumerate(rows)]
+    path.write_text("".join([*header, *in_seconds]))
+
+    with pytest.raises(InputError, match=r"8 of 10 rows .* host_time_s is rounded"):
         read_recording(path)

@@ -83,3 +83,14 @@ def test_a_file_that_is_neither_bag_nor_recording_is_one_line(tmp_path):
     with pytest.raises(InputError, match=r"is not a bag: .* or a recording of skeletons") as error:
         open_bag(path)
     assert "\n" not in str(error.value)
+
+
+def test_what_a_recording_loses_is_remarked(tmp_path):
+    path = tmp_path / "rounded.csv"
+    path.write_text(CSV.read_text().replace("left,100.100,7.100", "left,100.000,7.000"))
+
+    with open_bag(path) as bag:
+        (remark,) = bag.remarks
+        assert "is the time column rounded?" in remark
+    with open_bag(CSV) as bag:
+        assert not bag.remarks

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pose_io.recordings.recording import make_stream
-from pose_io.recordings.timeline import CLOCKS, make_timeline
+from pose_io.recordings.timeline import CLOCKS, make_timeline, order_lines
 
 MS = 1_000_000  # [ns]
 
@@ -79,6 +79,8 @@ def test_host_stamps_that_run_backwards_are_left_out():
 
     assert len(timeline) == 4
     assert timeline.counts == counts(out_of_order=1)
+    (line,) = order_lines(stream([0, 33, 20, 66, 100]), timeline)
+    assert line.startswith("sensor left: 1 of 5 frames left out: their time goes back")
 
 
 def test_one_stamp_far_ahead_costs_one_frame():

@@ -11,7 +11,7 @@ import numpy as np
 from kinect_bridge.sources.live import MAX_DISTANCE_M
 from pose_io.recordings.formats import AUTO, FORMATS, read_recording
 from pose_io.recordings.recording import Recording, SensorStream
-from pose_io.recordings.timeline import StreamTimeline, make_timeline
+from pose_io.recordings.timeline import StreamTimeline, make_timeline, order_lines
 from pose_node.command_line import run_tool
 
 GAP_S = 0.5  # [s] shortest gap or absence that is listed
@@ -46,6 +46,7 @@ def _describe_sensor(
         "frames_in_file": len(stream),
         **timeline.counts,
         "rows_repeated": stream.rows_repeated,
+        "remarks": list(order_lines(stream, timeline)),
         "persons": list(stream.persons),
         "first_s": (int(timeline.time_ns[0]) - zero_ns) * 1e-9 if len(timeline) else None,
         "last_s": (int(timeline.time_ns[-1]) - zero_ns) * 1e-9 if len(timeline) else None,
@@ -100,6 +101,7 @@ def as_text(description: dict[str, Any]) -> str:
             f"  frames   {sensor['frames']} of {sensor['frames_in_file']}{rate}; "
             f"repeated {sensor['frames_repeated']}, out of order "
             f"{sensor['frames_out_of_order']}, put back in order {sensor['frames_reordered']}",
+            *(f"  ORDER    {each.partition(': ')[2]}" for each in sensor["remarks"]),
             f"  persons  {', '.join(sensor['persons']) or 'none'}",
             f"  joints   tracked {joints['tracked']}, inferred {joints['inferred']}, "
             f"not tracked {joints['not_tracked']}",

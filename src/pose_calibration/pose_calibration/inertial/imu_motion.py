@@ -19,6 +19,7 @@ from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, D
 from pose_calibration.clocks.motion_track import SLOW_S, Track, without_slow
 from pose_core.api import FloatArray, ImuBlock
 from pose_core.finite_numbers import are_known
+from pose_core.imu.angular_velocity_check import AngularVelocityCheck
 from pose_core.imu.burst_stamps import BurstStamps
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.stamps import JUMP_BACK_NS
@@ -46,7 +47,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 class ImuMemory:
-    """Orientations of each IMU at a reduced rate.
+    """Orientations of each IMU at a reduced rate; none of IMUs whose orientations are the inverse.
 
     Args:
         reach_ns: Duration stored [ns]; older samples are dropped.
@@ -55,17 +56,20 @@ class ImuMemory:
     def __init__(self, reach_ns: int = 2**62) -> None:
         self._reach_ns = reach_ns
         self._bursts = BurstStamps()
+        self._rates = AngularVelocityCheck()  # finds the inverse ones
         self._stamps: dict[str, list[int]] = {}
         self._quaternions: dict[str, list[FloatArray]] = {}
 
     @property
     def segments(self) -> tuple[str, ...]:
-        """Segments with IMU samples that cameras can measure."""
-        return tuple(sorted(self._stamps))
+        """Segments with usable IMU samples that cameras can measure."""
+        return tuple(sorted(self._stamps.keys() - self._rates.inverse - self._rates.undecided))
 
     def add(self, block: ImuBlock) -> None:
         """Append samples, at least :data:`EVERY_NS` apart."""
+        block = block.rows(np.flatnonzero(np.isfinite(block.orientation).all(axis=1)))
         block = self._bursts.restored(block)
+        self._rates.checked(block)
         samples = zip(block.imu.tolist(), block.stamps_ns.tolist(), strict=True)
         for row, (imu, stamp_ns) in enumerate(samples):
             if block.segments[imu] in SEGMENT_ENDS:
@@ -95,8 +99,8 @@ class ImuMemory:
                 (np.array(stamps) - begin_ns) * 1e-9,
                 Rotation.from_quat(np.array(self._quaternions[segment])).inv().apply(UP),
             )
-            for segment, stamps in sorted(self._stamps.items())
-            if len(stamps) > 1
+            for segment in self.segments
+            if len(stamps := self._stamps[segment]) > 1
         }
 
 

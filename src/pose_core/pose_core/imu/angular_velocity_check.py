@@ -10,7 +10,8 @@ not measure (NaN), is replaced by the orientation's rate of change.
 
 An orientation that is the inverse, or whose quaternion is in the order w x y z, changes in its own
 world by :math:`-A` times the turn that the angular velocity measures, with a constant rotation A.
-By that it is found, and not used.
+By that it is found, and not used. Turns about one axis fit both an inverse orientation and an
+angular velocity about other axes; until others tell them apart, the IMU is not used either.
 """
 
 from collections.abc import Mapping
@@ -46,6 +47,7 @@ LEAST_SHARE = 0.2  # [-] of the turn's power, that an axis counts with at least
 LEAST_MEASURED = 50  # [-] samples with a rate, of a device that measures it
 MISSING_MEMORY = 0.02  # [-] weight of a sample in the share of those without a rate
 INVERSE_FITS, ELSE_FITS = 0.9, 0.75  # [-] share of the turns that an inverse explains, and does not
+MOST_UNDECIDED = 30.0  # [-] weight of the windows from which on turns about one axis are all it has
 LEAST_INVERSE = 2  # [-] IMUs found inverse from which on their driver is to blame
 NO_TURN, MANY_TURNS = 0.01, 100.0  # [-] power of the rate's turn, against the orientation's
 
@@ -140,14 +142,25 @@ class AngularVelocityCheck:
         is_driver = len(found) >= LEAST_INVERSE and not is_sound.any()
         return frozenset(self._rows.segments if is_driver else found)
 
+    @property
+    def undecided(self) -> frozenset[str]:
+        """Segments whose orientations may be the inverse, by the few turns so far."""
+        memory = self._rows.memory
+        is_new = (memory.fault == RateFault.OTHER_AXES) & (memory.windows < MOST_UNDECIDED)
+        rows = np.flatnonzero(is_new).tolist()
+        return frozenset(self._rows.segments[i] for i in rows if self._fits(i)[1] > INVERSE_FITS)
+
     def _is_inverse(self, imu: int) -> bool:
         """Whether an IMU's angular velocity fits the inverse of its orientation, and that only."""
+        plain, inverse = self._fits(imu)
+        return inverse > INVERSE_FITS and plain < ELSE_FITS
+
+    def _fits(self, imu: int) -> tuple[float, float]:
+        """How well an angular velocity fits the orientation in other axes, and its inverse."""
         memory = self._rows.memory
         forward, backward = memory.products[imu]
-        power, given_power = memory.power[imu].sum(), memory.given_power[imu]
-        fits = np.array([best_rotation(each)[1] for each in (forward, -backward)])
-        plain, inverse = fits / np.sqrt(power * given_power)
-        return bool(inverse > INVERSE_FITS and plain < ELSE_FITS)
+        scale = np.sqrt(memory.power[imu].sum() * memory.given_power[imu])
+        return best_rotation(forward)[1] / scale, best_rotation(-backward)[1] / scale
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The samples, each with a finite angular velocity that agrees with its orientations."""

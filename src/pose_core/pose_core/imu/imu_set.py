@@ -36,6 +36,7 @@ class ImuSet:
         self._replaced: frozenset[str] = frozenset()
         self.inverse: frozenset[str] = frozenset()
         """Segments whose IMU's orientations are the inverse, or in another order; not used."""
+        self._undecided: frozenset[str] = frozenset()  # may be the inverse; not used until known
         self.counters = Counters(
             "imu_gaps",
             "imu_readings_missing",
@@ -70,11 +71,14 @@ class ImuSet:
         self.counters.add("imu_samples_saturated", saturated)
         self._slips, self._replaced = self.orientations.slips, self.rates.replaced
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked) - saturated)
-        self.inverse = self.rates.inverse if self._replaced else frozenset()
-        if self.inverse:
-            is_inverse = np.array([name in self.inverse for name in checked.segments])[checked.imu]
-            self.counters.add("imu_samples_inverse", int(is_inverse.sum()))
-            checked = checked.rows(~is_inverse)
+        self.inverse = self._undecided = frozenset()
+        if self._replaced:
+            self.inverse, self._undecided = self.rates.inverse, self.rates.undecided
+        refused = self.inverse | self._undecided
+        if refused:
+            is_refused = np.array([name in refused for name in checked.segments])[checked.imu]
+            self.counters.add("imu_samples_inverse", int(is_refused.sum()))
+            checked = checked.rows(~is_refused)
         self.walks.add(checked)
         rejected = self.history.add(checked)
         self.counters.add("imu_gaps", len(self.history.gaps_ns))
@@ -114,7 +118,8 @@ class ImuSet:
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
         """Segments whose IMU has sent nothing in the last 0.2 s before an instant."""
         silent = self.history.silent(stamp_ns)
-        unused = {*self.orientations.set_aside, *self.orientations.saturated, *self.inverse}
+        refused = self.inverse | self._undecided
+        unused = {*self.orientations.set_aside, *self.orientations.saturated, *refused}
         return tuple(segment for segment in silent if segment not in unused)
 
     def read(self, stamp_ns: int) -> ImuMeasurements:

@@ -5,7 +5,7 @@ under the parameter ``subject``, everybody else's as ``person_<number>``; a numb
 again for another person.
 """
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Sequence
 
 from pose_core.body.shape import BodyShape
@@ -23,6 +23,7 @@ from pose_core.people.tracker import PeopleTracker
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.stamps import JUMP_BACK_NS
 from pose_core.streams.clocks import Clocks
+from pose_core.streams.repeated_frames import RepeatedFrames
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 
 Frame = Sequence[SkeletonSample]
@@ -45,6 +46,8 @@ class PeoplePipeline:
         frames: Number of frames added.
         skeletons: Number of skeletons that were given to a person's pipeline.
         subject_frames: Number of frames of the subject, by sensor.
+        repeated_frames: Number of frames of a recording left out since their sensor repeats one
+            frame, by sensor; live, they are not added.
         imu_samples: Number of IMU samples added.
         estimates: Number of estimates published, by id.
     """
@@ -63,6 +66,7 @@ class PeoplePipeline:
         self.frames = 0
         self.skeletons = 0
         self.subject_frames: dict[str, int] = {}
+        self.repeated_frames: Counter[str] = Counter()
         self.imu_samples = 0
         self._counters = Counters(
             "frames_before_extrinsics",
@@ -74,6 +78,7 @@ class PeoplePipeline:
         self._people = PeopleTracker({})
         self.choice = PersonChoice(parameters.person)
         self._is_live = is_live
+        self._repeated = RepeatedFrames()
         self._waiting: SampleBuffer[Frame] = SampleBuffer(self._counters)
         self._held_imus: deque[tuple[int, ImuBlock]] = deque()  # with the newest frame's stamp [ns]
         self._pipelines = PersonPipelines(parameters, outlet, self._counters, is_live=is_live)
@@ -162,12 +167,21 @@ class PeoplePipeline:
             self.imu_samples += len(sample)
         else:
             self.frames += 1
+            if self._is_frozen(sample):
+                self.repeated_frames[sample[0].sensor] += 1
+                return
         if self.extrinsics is not None or not len(sample):
             self._take(sample)
             return
         if not isinstance(sample, ImuBlock):
             self._counters.add("frames_before_extrinsics")
         self._waiting.add(sample)
+
+    def _is_frozen(self, frame: Frame) -> bool:
+        """Whether a recording's frame is one that its sensor repeats."""
+        if self._is_live or not frame:
+            return False
+        return self._repeated.is_frozen(frame[0].sensor, frame)
 
     def _take(self, sample: Frame | ImuBlock) -> None:
         if isinstance(sample, ImuBlock):

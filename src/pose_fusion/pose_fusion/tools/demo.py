@@ -16,7 +16,13 @@ from pose_fusion.launched_graph import GraphError
 from pose_fusion.recording.growing_bag import free_path
 from pose_fusion.tools.demo_progress import watch
 from pose_fusion.tools.demo_run import DemoRun
-from pose_fusion.tools.demo_start import Prepare, first_lead_s, ready_estimator, started_graph
+from pose_fusion.tools.demo_start import (
+    Prepare,
+    first_lead_s,
+    ready_estimator,
+    started_graph,
+    use_own_domain,
+)
 from pose_node.child_process import executable, run_to_end
 from pose_node.command_line import run_tool
 from pose_node.node_status import NodeStatus
@@ -58,6 +64,7 @@ def run() -> None:
     folder = _output_folder(options)
     folder.mkdir(parents=True)
     try:
+        use_own_domain(console)
         ready_estimator(console)
         if recording is None:
             finished = _run_synthetic(options, folder, console)

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import socket
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,9 +19,34 @@ REPORT_S = 1.0  # [s] until a started node reports in /diagnostics
 SPARE_S = 1.0  # [s] smallest time between the last node's first report and the first frame
 LONGEST_LEAD_S = 60.0  # [s]
 POLL_S = 0.1  # [s]
+FIRST_DOMAIN, DOMAINS = 1, 100  # beside 0, where graphs are that set none
 
 Prepare = Callable[[float], tuple[int, dict[str, str]]]
 """Function of a lead [s] that returns the input's start [ns] and the launch file's arguments."""
+
+
+def use_own_domain(console: Console) -> None:
+    """Use a free ROS domain, without topics of other graphs, unless ``ROS_DOMAIN_ID`` is set."""
+    if os.environ.get("ROS_DOMAIN_ID"):
+        return
+    begin = os.getpid()
+    every = [FIRST_DOMAIN + (begin + step) % DOMAINS for step in range(DOMAINS)]
+    domain = next(filter(_is_free, every), every[0])
+    os.environ["ROS_DOMAIN_ID"] = str(domain)
+    console.print(
+        f"ROS domain {domain}; to see its topics from another terminal, first "
+        f"'export ROS_DOMAIN_ID={domain}' there"
+    )
+
+
+def _is_free(domain: int) -> bool:
+    """Whether no process on this host listens for others in a ROS domain."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+        try:
+            listener.bind(("", 7400 + 250 * domain))  # of discovery, by the DDSI-RTPS standard
+        except OSError:
+            return False
+    return True
 
 
 def first_lead_s() -> float:

@@ -23,7 +23,7 @@ from pose_core.api import (
     make_urdf,
     save_body_shape,
 )
-from pose_core.errors import InputError
+from pose_core.errors import InputError, PoseError
 from pose_core.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
 from pose_core.stamps import NS_PER_S
 from pose_fusion.conversions import (
@@ -188,7 +188,7 @@ def fuse(
             add_all(aligning, bag, progress, "aligning the IMUs", history)
             pipeline.use_sensor_to_segment(history.initial(aligning.subject))
         for line in add_all(pipeline, bag, progress, "fusing"):
-            console.print(line)
+            console.print(line, soft_wrap=True)
         if not pipeline.estimates:
             raise InputError(f"{bag.path} {_reason_for_no_pose(pipeline)}")
         path, shape = Path(parameters.shape_file), pipeline.subject.shape
@@ -250,6 +250,15 @@ def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
         )
 
 
+def repeated_lines(pipeline: PeoplePipeline) -> Iterator[str]:
+    """Which cameras repeated one frame."""
+    for sensor, count in sorted(pipeline.repeated_frames.items()):
+        yield (
+            f"  {sensor}: {count} frames left out: its tracker repeats one frame exactly: "
+            "restart it before the next recording"
+        )
+
+
 def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
     """What went wrong, and what was done about it."""
     late = counts.get("frames_too_late", 0)
@@ -307,9 +316,14 @@ def run() -> int | None:
             console.print(
                 f"sensors: {', '.join(parameters.sensors)}; not used: {', '.join(unused)}"
             )
-        pipeline = fuse(
-            bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
-        )
+        try:
+            pipeline = fuse(
+                bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
+            )
+        except PoseError:  # what was left out may be the cause
+            for line in bag.remarks:
+                console.print(line, soft_wrap=True)
+            raise
         unread = () if parameters.use_imus else imu_topics(bag)
     print(
         f"{arguments.out_bag}: {sum(pipeline.estimates.values())} estimates from "
@@ -317,7 +331,9 @@ def run() -> int | None:
     )
     subject = pipeline.subject
     lines = (
+        (f"  {remark}" for remark in bag.remarks),
         people_lines(pipeline),
+        repeated_lines(pipeline),
         fault_lines(subject.counters.as_dict()),
         body_lines(subject.shape),
         delay_lines(pipeline),

@@ -1,14 +1,11 @@
 """Which cameras show the subject, and why the others do not."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-import numpy as np
-
-from pose_core.api import FloatArray, SkeletonSample
+from pose_core.api import RepeatedFrames, SkeletonSample
 
 MISSED_CHECKS = 2  # [checks] in a row without the subject, after which a camera is named
-FROZEN_FRAMES = 6  # [frames] that are alike after others that were not: no tracker repeats itself
 ELSEWHERE = "it shows nobody at the subject's position: check its pose, units and joints"
 UNDECIDED = "it is not decided yet who is in view"
 SILENT = "it is silent: check its node and its cable"
@@ -22,9 +19,6 @@ class _Camera:
     fault_before: str = ""  # the same, at the last check
     shown: int = 0  # frames of the subject, at the last check
     missed: int = 0  # checks in a row in which there were no more
-    picture: Sequence[FloatArray] = field(default_factory=tuple)  # everybody's joints
-    has_moved: bool = False
-    alike: int = 0  # frames in a row with this picture
 
 
 class CameraWatch:
@@ -32,6 +26,7 @@ class CameraWatch:
 
     def __init__(self, sensors: Collection[str]) -> None:
         self._cameras = {sensor: _Camera() for sensor in sensors}
+        self._repeated = RepeatedFrames()
         self.missing: dict[str, str] = {}
         """Cameras that do not show the subject as of the last check, and why."""
         self.faulty: dict[str, str] = {}
@@ -48,17 +43,7 @@ class CameraWatch:
 
     def note_frame(self, sensor: str, persons: Sequence[SkeletonSample]) -> bool:
         """A frame has come; whether it is of use: not one that is repeated again and again."""
-        camera = self._cameras[sensor]
-        picture = [person.positions for person in persons]
-        is_alike = len(picture) == len(camera.picture) and all(
-            np.array_equal(new, old, equal_nan=True)
-            for new, old in zip(picture, camera.picture, strict=True)
-        )
-        is_alike = is_alike and any(np.isfinite(positions).any() for positions in picture)
-        camera.has_moved |= len(camera.picture) > 0 and not is_alike
-        camera.alike = camera.alike + 1 if is_alike else 0
-        camera.picture = picture
-        is_frozen = camera.has_moved and camera.alike >= FROZEN_FRAMES
+        is_frozen = self._repeated.is_frozen(sensor, persons)
         if is_frozen:
             self.note_trouble(sensor, "it repeats one frame: restart its tracker")
         elif any(person.tracking_state.any() for person in persons):

@@ -28,6 +28,7 @@ class SensorStream:
     positions: FloatArray  # (r, 15, 3) [m] in the sensor's optical frame; NaN where not tracked
     tracking_state: ByteArray  # (r, 15), values of TrackingState
     rows_repeated: int = 0  # rows left out: the same person twice in one frame
+    frames_sorted: int = 0  # frames that the file holds after a later one, put in order of time
 
     def __len__(self) -> int:
         """The number of frames."""
@@ -85,11 +86,13 @@ def make_stream(
     person: Sequence[str],
     positions: FloatArray,
     tracking_state: ByteArray,
+    sort_frames: bool = False,
 ) -> SensorStream:
     """Group rows, one per person, into frames.
 
     Rows with equal stamps are one frame, also if they are not adjacent; frames are in the order of
-    first appearance. A joint without a position, or NOT_TRACKED, becomes NaN and NOT_TRACKED.
+    first appearance, unless they are sorted. A joint without a position, or NOT_TRACKED, becomes
+    NaN and NOT_TRACKED.
 
     Args:
         name: The sensor.
@@ -98,6 +101,7 @@ def make_stream(
         person: Person ids, r values; an empty id is a frame without persons.
         positions: In the sensor's optical frame [m], shape (r, 15, 3).
         tracking_state: Values of ``TrackingState``, shape (r, 15).
+        sort_frames: Sort frames by ``host_time_ns``: the order of the rows is not that of arrival.
     """
     frames: dict[tuple[int, int], dict[str, int]] = {}
     repeated = 0
@@ -110,6 +114,11 @@ def make_stream(
             repeated += 1
         elif who:
             seen[who] = row
+    frames_sorted = 0
+    if sort_frames:
+        host_ns = np.array([host for host, _ in frames], dtype=np.int64)
+        frames_sorted = int((host_ns < np.maximum.accumulate(host_ns)).sum())
+        frames = dict(sorted(frames.items()))
     order = [row for seen in frames.values() for row in seen.values()]
     stamps = np.array(list(frames), dtype=np.int64).reshape(-1, 2)
     kept_positions = np.array(positions, dtype=np.float64).reshape(-1, len(JOINTS), 3)[order]
@@ -124,6 +133,7 @@ def make_stream(
         positions=kept_positions,
         tracking_state=kept_state,
         rows_repeated=repeated,
+        frames_sorted=frames_sorted,
     )
 
 

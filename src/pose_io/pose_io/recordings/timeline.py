@@ -1,11 +1,11 @@
 """The stamps of a stream's frames, strictly increasing, on the host's clock.
 
 Repeated frames and frames with decreasing stamps are left out and counted; where the sensor's own
-clock is known, frames that arrived out of order are sorted.
+clock is known, or the file has no order of arrival, frames out of order are sorted.
 """
 
 from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +50,7 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> StreamTimeline:
             (the host's where the recording has no other); ``host`` uses the time of arrival.
     """
     counts = Counters("frames_repeated", "frames_out_of_order", "frames_reordered")
+    counts.add("frames_reordered", stream.frames_sorted)
     order = np.arange(len(stream))
     time_ns, fit = stream.host_time_ns, None
     if stream.sensor_time_ns is not None and len(stream):
@@ -69,6 +70,27 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> StreamTimeline:
     counts.add("frames_repeated", repeated)
     counts.add("frames_out_of_order", len(dropped) - repeated)
     return StreamTimeline(frame=kept, time_ns=time_ns[kept], counts=counts.as_dict(), fit=fit)
+
+
+def order_lines(stream: SensorStream, timeline: StreamTimeline) -> Iterator[str]:
+    """Lines about frames that are left out, or were moved, for the times that the file gives."""
+    name, repeated = stream.name, stream.rows_repeated
+    if repeated:
+        yield (
+            f"sensor {name}: {repeated} of {len(stream.person) + repeated} rows left out: their "
+            "time is that of another row of the same person; is the time column rounded?"
+        )
+    backwards = timeline.counts["frames_out_of_order"]
+    if backwards:
+        yield (
+            f"sensor {name}: {backwards} of {len(stream)} frames left out: their time goes back; "
+            "is the time column right?"
+        )
+    if stream.frames_sorted:
+        yield (
+            f"sensor {name}: {stream.frames_sorted} of {len(stream)} frames stood after later ones "
+            "in the file: put in order of time"
+        )
 
 
 def _without_repeated(epoch: IntArray, sensor_ns: IntArray) -> IntArray:

@@ -29,6 +29,7 @@ COLUMNS = (
 STATES = tuple(float(state) for state in TrackingState)
 FARTHEST_M = 40.0  # [m] median distance of joints from the sensor; no camera sees so far
 LONGEST_STEP_S = 2.0  # [s] median time between a sensor's frames
+ROUNDED_STEP_S = 0.5  # [s] the same, from which on frames left by rounded times are of no use
 
 
 def read(path: Path) -> Recording:
@@ -66,6 +67,13 @@ def _refuse_other_units(path: Path, stream: SensorStream) -> None:
             f"{path}: {step_s:.3g} s lie between two frames of sensor '{stream.name}' (median), "
             f"expected at most {LONGEST_STEP_S:g} s: write host_time_s in seconds"
         )
+    if step_s >= ROUNDED_STEP_S and stream.rows_repeated > len(stream.person):
+        rows = len(stream.person) + stream.rows_repeated
+        raise InputError(
+            f"{path}: {stream.rows_repeated} of {rows} rows of "
+            f"sensor '{stream.name}' have the time of another row: host_time_s is rounded; write "
+            "it with milliseconds"
+        )
 
 
 def _time_zero_ns(table: CsvTable) -> int | None:
@@ -79,15 +87,17 @@ def _time_zero_ns(table: CsvTable) -> int | None:
 
 def _stream(table: CsvTable, name: str, rows: list[int]) -> SensorStream:
     host, person = table.columns(["host_time_s", "person"])
+    sensor_time_ns = _sensor_times_ns(table, rows)
     positions = table.columns(POSITION_COLUMNS)
     states = table.columns(STATE_COLUMNS)
     return make_stream(
         name,
         host_time_ns=[table.time_ns(row, host, NS_PER_S) for row in rows],
-        sensor_time_ns=_sensor_times_ns(table, rows),
+        sensor_time_ns=sensor_time_ns,
         person=[_person(table, row, person, [*positions, *states]) for row in rows],
         positions=np.array([table.numbers(row, positions) for row in rows]),
         tracking_state=np.array([_states(table, row, states) for row in rows], dtype=np.uint8),
+        sort_frames=sensor_time_ns is None,
     )
 
 
