@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pose_core.joints import JOINTS
-from pose_core.streams.repeated_frames import FROZEN_FRAMES
+from pose_core.streams.repeated_frames import FROZEN_FRAMES, STILL_FRAMES
 from pose_core.streams.samples import SkeletonSample
 from pose_fusion.watching.cameras import MISSED_CHECKS, UNDECIDED, CameraWatch
 
@@ -89,6 +89,13 @@ def test_while_identities_are_undecided_no_pose_or_unit_is_blamed(watch):
 
 def test_a_source_that_has_never_changed_is_not_a_frozen_camera(watch):
     assert all(watch.note_frame("right", [person(1.0)]) for _ in range(3 * FROZEN_FRAMES))
+
+
+def test_a_source_that_has_never_changed_is_used_but_named_after_some_seconds(watch):
+    for shown in (2, 3):
+        assert all(watch.note_frame("right", [person(1.0)]) for _ in range(STILL_FRAMES + 1))
+        watch.check({"left": shown, "right": shown})
+    assert "alike" in watch.faulty["right"]
 
 
 def test_a_camera_that_has_never_seen_the_subject_is_not_reported():

@@ -8,6 +8,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.streams.samples import SkeletonSample
 
+STILL_FRAMES = 90  # [frames] from the start that are alike, which is suspicious
 FROZEN_FRAMES = 6  # [frames] that are alike after others that were not: no tracker repeats itself
 
 
@@ -37,3 +38,8 @@ class RepeatedFrames:
         last.alike = last.alike + 1 if is_alike else 0
         last.picture = picture
         return last.has_moved and last.alike >= FROZEN_FRAMES
+
+    def is_still(self, sensor: str) -> bool:
+        """Whether all of a sensor's frames have been alike, for long: a test, or a dead tracker."""
+        last = self._last[sensor]
+        return not last.has_moved and last.alike >= STILL_FRAMES

@@ -50,6 +50,8 @@ class CameraWatch:
             self.note_trouble(sensor, ELSEWHERE)
         else:
             self.note_trouble(sensor, "it sees nobody")
+        if self._repeated.is_still(sensor):
+            self.note_fault(sensor, "all its frames have been alike: does its tracker run?")
         return not is_frozen
 
     def check(self, shown: Mapping[str, int], *, is_undecided: bool = False) -> None:
