@@ -9,6 +9,7 @@ from worn_imus import merged, moving_wearer
 
 from pose_core.api import PeoplePipeline, PipelineParameters
 from pose_core.counters import Counters
+from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuSample, block_of
 from pose_core.streams.stamp_check import StampCheck
@@ -142,3 +143,40 @@ def test_skeletons_that_are_held_back_are_not_called_nobody():
     for _ in range(5):
         reporter.check()
     assert reporter.report((), {}, {}).message.startswith(UNDECIDED)
+
+
+def test_what_is_wrong_with_simulated_time_is_the_only_remark():
+    reporter, _ = reporter_of(moving_wearer(2.0)[2])
+    report = reporter.report(("back",), {}, {}, {}, "/clock stands still")
+    assert report.message.endswith("; use_sim_time is true, and /clock stands still")
+    assert report.level == Level.WARN
+
+
+def test_frames_that_always_come_too_late_are_named():
+    skeletons = moving_wearer(3.0)[2]
+    reporter, _ = reporter_of(skeletons)
+    later = moving_wearer(6.0)[2][len(skeletons) :]
+    left, right = ([s for s in later if s.sensor == name] for name in ("left", "right"))
+    for k in range(10, len(left)):
+        reporter._pipeline.add([left[k]])
+        reporter._pipeline.add([right[k - 10]])
+        if k % 15 == 0:
+            reporter.check()
+    assert "frames of cameras come after samples" in reporter.report((), {}, {}).message
+
+
+def test_joints_that_a_camera_holds_are_named():
+    skeletons = moving_wearer(4.0)[2]
+    hand = JOINT_INDEX["left_hand"]
+    held = None
+    for k, sample in enumerate(skeletons):
+        if sample.sensor == "right" and k > len(skeletons) // 2:
+            held = sample.positions[hand] if held is None else held
+            positions = sample.positions.copy()
+            positions[hand] = held
+            skeletons[k] = replace(sample, positions=positions)
+    reporter, _ = reporter_of(skeletons)
+    reporter.check()
+    report = reporter.report((), {}, {})
+    assert "right holds left_hand: it repeats their positions" in report.message
+    assert report.level == Level.WARN

@@ -19,6 +19,8 @@ class FusionReporter:
         self._stamp_check, self._watch = reader.check, reader.watch
         self._estimates = 0  # at the last check
         self._missed = 0  # checks in a row without new estimates
+        self._too_late = 0  # frames, at the last check
+        self._late_checks = 0  # checks in a row with more of them
         self._named: set[str] = set()
         self._unoriented: set[str] = set()  # IMUs whose messages have no orientation
         self.latency_s = 0.0  # [s] of the subject's last estimate
@@ -28,6 +30,9 @@ class FusionReporter:
         estimates = self._pipeline.subject.counters["estimates"]
         self._missed = 0 if estimates > self._estimates else self._missed + 1
         self._estimates = estimates
+        too_late = self._pipeline.subject.counters.as_dict().get("frames_too_late", 0)
+        self._late_checks = self._late_checks + 1 if too_late > self._too_late else 0
+        self._too_late = too_late
         is_undecided = self._pipeline.is_undecided
         self._watch.check(self._pipeline.subject_frames, is_undecided=is_undecided)
         self._unoriented = {s for s, is_any in self._reader.oriented.items() if not is_any}
@@ -49,6 +54,8 @@ class FusionReporter:
         names = {f"{sensor}'s names" for sensor in self._watch.faulty}
         names |= {f"{sensor}'s joints" for sensor in self._held_joints}
         missing = {*self.excluded, *self._watch.missing, *imus, *names}
+        if self._late_checks > MISSED_CHECKS:
+            missing.add("late frames")
         if self._pipeline.subject.imus_late_s:
             missing.add("the IMUs' clock")
         return missing if self._is_tracking else {*missing, "everything"}
@@ -168,6 +175,9 @@ class FusionReporter:
         for fault in sorted(set(faults.values())):
             segments = ", ".join(segment for segment, own in faults.items() if own == fault)
             yield f"the angular velocity of the IMU on {segments} {fault}"
+        if self._late_checks > MISSED_CHECKS:
+            what = "after samples that are 0.1 s newer, and are not used"
+            yield f"frames of cameras come {what}: check their machines' load and clocks"
         if late_s := self._pipeline.subject.imus_late_s:
             late = f"about {1000.0 * late_s:.0f} ms later than the cameras' frames"
             yield f"the IMUs' samples come {late}: check their radio and their clocks"
