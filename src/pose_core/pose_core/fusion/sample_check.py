@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from pose_core.errors import InputError
+from pose_core.finite_numbers import nan_median
 from pose_core.joints import JOINTS
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.stamps import NS_PER_S
@@ -95,8 +96,7 @@ def _check_names(found: Sequence[str], placed: Sequence[str], wanted: Sequence[s
 def _check_units(sensor: str, samples: Sequence[SkeletonSample]) -> None:
     """Check that positions can be metres, and stamps nanoseconds."""
     distances = np.linalg.norm(np.array([each.positions for each in samples], float), axis=2)
-    known = distances[np.isfinite(distances)]
-    distance = float(np.median(known)) if len(known) else 0.0
+    distance = float(nan_median(distances.ravel()))
     if distance > FARTHEST_M:
         raise InputError(
             f"joints are {distance:.0f} m from sensor '{sensor}' (median), expected at most "

@@ -6,10 +6,11 @@ for some frames), so a joint that does, and has not from the start, is no measur
 becomes INFERRED, and soon NOT_TRACKED.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import SkeletonSample
@@ -23,8 +24,8 @@ class HeldJoints:
 
     def __init__(self) -> None:
         self._last: dict[str, SkeletonSample] = {}
-        self._repeats: dict[str, np.ndarray] = {}  # (15,) −1: the joint has not moved yet
-        self.held: Mapping[str, Sequence[str]] = {}
+        self._repeats: dict[str, NDArray[np.int64]] = {}  # (15,) −1: the joint has not moved yet
+        self.held: dict[str, Sequence[str]] = {}
         """Joints that each sensor holds in its last frame as TRACKED."""
 
     def checked(self, sample: SkeletonSample) -> SkeletonSample:
@@ -39,7 +40,7 @@ class HeldJoints:
             repeats[has_moved] = 0
         is_held = (repeats >= HELD_FRAMES) & is_same
         claimed = np.flatnonzero(is_held & (sample.tracking_state == TrackingState.TRACKED))
-        self.held = {**self.held, sensor: [JOINTS[joint] for joint in claimed]}
+        self.held[sensor] = [JOINTS[joint] for joint in claimed]
         if not is_held.any():
             return sample
         is_lost = is_held & (repeats >= LOST_FRAMES)

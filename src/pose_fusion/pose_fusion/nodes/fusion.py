@@ -1,5 +1,6 @@
 """The fusion node: estimates the poses of one or several people from skeletons and IMUs."""
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -57,6 +58,7 @@ IMU_PERIOD_S = 0.01  # [s] between reads of IMU samples, so that few wait when a
 REORDER_TIMEOUT_S = 0.01  # [s] for which a frame waits for an earlier one of another sensor
 CHECK_PERIOD_S = 0.2  # [s] between checks of the sources
 KEEP_PERIOD_S = 1.0  # [s] between saves of IMU alignments and closings of topics
+STANDSTILL_S = 1.5  # [s] after which a simulated clock is said to stand still
 KILLED_REPORTS = 25  # of 1 s; the middleware counts a killed process's publishers for 20 s
 LATCHED_QOS = latched(QUEUE)
 
@@ -85,7 +87,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._static_transforms = StaticTransforms()
         self._shared: dict[str, int] = {}
         """Number of reports in a row in which a topic had several publishers."""
-        self._reported_ns = 0  # time of the last report
+        self._clock_seen = 0, time.monotonic()  # its last value [ns], since when [s]
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._person = self._kept_person.load() or self.settings.person
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
@@ -309,11 +311,13 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
 
     def _clock_trouble(self) -> str:
         """What is wrong with simulated time; empty if nothing is, or time is not simulated."""
-        clock, before_ns = self.get_clock(), self._reported_ns
-        self._reported_ns = clock.now().nanoseconds
-        if not clock.ros_time_is_active or self._reported_ns != before_ns:
+        clock, now_s = self.get_clock(), time.monotonic()
+        now_ns = clock.now().nanoseconds
+        if now_ns != self._clock_seen[0]:
+            self._clock_seen = now_ns, now_s
+        if not clock.ros_time_is_active or now_s - self._clock_seen[1] < STANDSTILL_S:
             return ""
-        if before_ns == 0:
+        if now_ns == 0:
             return "nobody publishes /clock: ./pose play --clock, or set use_sim_time to false"
         return "/clock stands still: is the playback paused, or over?"
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError, writing
+from pose_core.finite_numbers import nan_median
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.arrays import ByteArray
@@ -52,9 +53,7 @@ def read(path: Path) -> Recording:
 
 def _refuse_other_units(path: Path, stream: SensorStream) -> None:
     """Raise an InputError if positions cannot be in metres, or times not in seconds."""
-    distances = np.linalg.norm(stream.positions, axis=2)
-    known = distances[np.isfinite(distances)]
-    distance = float(np.median(known)) if len(known) else 0.0
+    distance = float(nan_median(np.linalg.norm(stream.positions, axis=2).ravel()))
     if distance > FARTHEST_M:
         raise InputError(
             f"{path}: the joints are {distance:.0f} m from sensor '{stream.name}' (median), "
