@@ -14,11 +14,11 @@ from pose_core.api import (
     ANGLES,
     FloatArray,
     SkeletonSeries,
+    anatomical,
     angle_series,
     best_rigid_transform,
     joint_angles,
     transformed,
-    unwrapped,
     without_sideways_flexion,
     wrapped,
 )
@@ -188,9 +188,9 @@ def score_angle(found: FloatArray, expected: FloatArray) -> AngleScore:
     count = int(known.sum())
     if count < 2:
         return AngleScore(r=np.nan, rmse_deg=np.nan, bias_deg=np.nan, samples=count)
-    expected = unwrapped(expected[known])
+    expected = anatomical(expected[known])
     error = wrapped(found[known] - expected)
-    followed = expected + error  # the method's angle, unwrapped to the reference's
+    followed = expected + error  # the method's angle on the reference's turn
     moves = expected.std() > STILL and followed.std() > 0.0
     return AngleScore(
         r=float(np.corrcoef(followed, expected)[0, 1]) if moves else np.nan,

@@ -83,3 +83,11 @@ def test_sensors_that_are_not_wanted_need_no_extrinsics():
             replace(PLACED, reference="cam", T_reference_sensor={"cam": np.eye(4)}),
             PipelineParameters(),
         )
+
+
+def test_a_frame_that_its_sensor_repeats_is_left_out_with_a_warning():
+    frames = samples()
+    frozen = [replace(each, positions=frames[60].positions) for each in frames[60:]]
+    with pytest.warns(UserWarning, match="24 frames of sensor 'left' repeat the one before"):
+        series = fuse([*frames[:60], *frozen], PLACED)
+    assert series.stamps_ns[-1] < frozen[8].stamp_ns

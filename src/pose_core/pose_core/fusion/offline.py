@@ -1,5 +1,7 @@
 """Estimation over the samples of a whole recording."""
 
+import warnings
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
@@ -14,6 +16,7 @@ from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
 from pose_core.streams.recording_order import in_order
+from pose_core.streams.repeated_frames import RepeatedFrames
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
 
@@ -35,9 +38,13 @@ def fuse(
     Raises:
         InputError: If the samples have other shapes, units or names than expected, or stamps go
             back by more than a second.
+
+    Warns:
+        UserWarning: If frames were left out, since their sensor repeats one frame.
     """
     samples = list(samples)
     check_samples(samples, extrinsics, None if parameters is None else parameters.sensors)
+    samples = _without_repeated_frames(samples)
     parameters = parameters or PipelineParameters(sensors=extrinsics.sensors)
     pipeline = Pipeline(parameters, extrinsics)
     before = first_pass(parameters)
@@ -49,6 +56,25 @@ def fuse(
         for estimate in pipeline.add(sample)
     ]
     return series_of_estimates([*estimates, *pipeline.flush()])
+
+
+def _without_repeated_frames(
+    samples: Sequence[SkeletonSample | ImuSample | ImuBlock],
+) -> Sequence[SkeletonSample | ImuSample | ImuBlock]:
+    """The samples, of which no tracker has measured some, named in a warning."""
+    repeated, counts = RepeatedFrames(), Counter[str]()
+    kept: list[SkeletonSample | ImuSample | ImuBlock] = []
+    for sample in samples:
+        if isinstance(sample, SkeletonSample) and repeated.is_frozen(sample.sensor, [sample]):
+            counts[sample.sensor] += 1
+        else:
+            kept.append(sample)
+    for sensor, count in counts.items():
+        warnings.warn(
+            f"{count} frames of sensor '{sensor}' repeat the one before and are left out",
+            stacklevel=3,
+        )
+    return kept
 
 
 Parameters = TypeVar("Parameters", bound=PipelineParameters)

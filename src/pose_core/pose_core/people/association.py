@@ -29,7 +29,7 @@ SAME_ID_M = 0.1  # [m] by which an id speaks for the person who had it, and agai
 ID_HOLDS_S = 0.5  # [s] for which a sensor's id counts
 UNOBSERVED_M = 0.1  # [m] advantage of a confirmed person who is seen
 
-FARTHEST_M = 1.0  # [m] a joint farther away is as wrong as one at this distance
+GROSS_ERROR_M = 1.0  # [m] a joint farther away is as wrong as one at this distance
 LEAST_JOINTS = 4  # [-] in common
 MIRRORED_M = 0.05  # [m] by which exchanged sides must agree better
 FORBIDDEN = 1e3  # in place of an infinite cost, with which no assignment may exist
@@ -90,14 +90,14 @@ def joint_distances(expected: FloatArray, seen: FloatArray) -> tuple[FloatArray,
         seen: (s, 15, 3) [m] in the same frame; NaN where unknown.
 
     Returns:
-        (p, s) [m], each joint :data:`FARTHEST_M` at most; infinite with too few joints in common.
+        (p, s) [m], each joint :data:`GROSS_ERROR_M` at most; infinite with too few joints in common.
         And whether the sides are exchanged, (p, s).
     """
     both = np.concatenate([seen, seen[:, OTHER_SIDE]])
     distance = np.linalg.norm(expected[:, None] - both[None], axis=3)
     known = np.isfinite(distance)
     count = known.sum(axis=2)
-    total = np.where(known, np.minimum(distance, FARTHEST_M), 0.0).sum(axis=2)
+    total = np.where(known, np.minimum(distance, GROSS_ERROR_M), 0.0).sum(axis=2)
     mean = np.where(count >= LEAST_JOINTS, total / np.maximum(count, 1), np.inf)
     plain, mirrored = mean[:, : len(seen)], mean[:, len(seen) :]
     is_mirrored = mirrored + MIRRORED_M < plain
