@@ -90,7 +90,8 @@ def joint_distances(expected: FloatArray, seen: FloatArray) -> tuple[FloatArray,
         seen: (s, 15, 3) [m] in the same frame; NaN where unknown.
 
     Returns:
-        (p, s) [m], each joint :data:`GROSS_ERROR_M` at most; infinite with too few joints in common.
+        (p, s) [m], each joint :data:`GROSS_ERROR_M` at most; infinite with too few joints in
+        common.
         And whether the sides are exchanged, (p, s).
     """
     both = np.concatenate([seen, seen[:, OTHER_SIDE]])
