@@ -10,6 +10,7 @@ from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import shape_of
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import make_constants
+from pose_core.filter.depth_errors import depth_variance_scale
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.state import start_state
@@ -82,3 +83,11 @@ def test_of_views_without_errors_nothing_is_learnt(state):
 
     assert np.sqrt(state.depth_error_power).max() < 0.01
     assert np.sqrt(state.depth_noise).max() < 0.01
+
+
+@pytest.mark.parametrize(
+    ("shared", "noise", "scale"), [(0.015, 0.02, 1.0), (0.06, 0.03, 2.4), (0.4, 0.06, 3.9)]
+)
+def test_errors_along_the_rays_enlarge_the_published_variances(shared, noise, scale):
+    found = depth_variance_scale(np.full(2, shared**2), np.full(2, noise**2))
+    assert found == pytest.approx(scale, abs=0.1)

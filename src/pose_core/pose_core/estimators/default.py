@@ -17,6 +17,7 @@ from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.crossed_limbs_check import CrossedLimbsCheck
+from pose_core.filter.depth_errors import depth_variance_scale
 from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.facing_check import FacingCheck
 from pose_core.filter.imu import NO_IMUS, ImuFrame
@@ -167,7 +168,7 @@ class DefaultEstimator(StepwiseEstimator):
             return []
         ages_s = (self._stamp_ns - np.array(stamps_ns)) / NS_PER_S
         information = self._last_information(state, 0.0, state.has_imu)
-        states = self._filter.interpolated(ages_s, information, variance_scale(self._nis))
+        states = self._filter.interpolated(ages_s, information, self._variance_scale(state))
         if states is None:
             return []
         poses = (PublishedState(*row) for row in zip(*states, strict=True))
@@ -324,5 +325,10 @@ class DefaultEstimator(StepwiseEstimator):
         imus: ImuFrame = NO_IMUS,
     ) -> PublishedState:
         """The published part of a state advanced by ``ahead_s`` [s], to the IMUs' instant."""
-        scale = variance_scale(self._nis)
+        scale = self._variance_scale(state)
         return self._filter.published(state, information, scale, ahead_s, imus)
+
+    def _variance_scale(self, state: FilterState) -> float:
+        """Factor [-] of the variances that are published."""
+        by_depth = depth_variance_scale(state.depth_error_power, state.depth_noise)
+        return float(variance_scale(self._nis) * by_depth)

@@ -11,6 +11,9 @@ its estimates show. The :math:`e_j` are independent noise; its variance is the m
 the squared residuals along and across the rays. Both are small for depth cameras with a body
 model, and several centimetres for trackers on images. They are learnt while another camera sends
 frames: of a single one, they cannot be distinguished from motion.
+
+Such errors last, and limbs err alike, which the covariance does not know; so both also scale the
+published variances (:func:`depth_variance_scale`).
 """
 
 import numpy as np
@@ -25,6 +28,10 @@ MEMORY_S = 1.0  # [s] time constant with which d decays
 LEARNING_S = 10.0  # [s] over which its mean square is estimated
 LEAST_VARIANCE = 0.005**2  # [m²] of d
 NOISE_LEARNING_S = 3.0  # [s] over which the noise along the rays is estimated
+USUAL_VARIANCE = 0.02**2  # [m²] of depth cameras with a body model, mean of d² + NOISE_SHARE e²
+NOISE_SHARE = 0.25  # [-]
+LARGE_VARIANCE = 0.06**2  # [m²] above the usual one, with half of the largest effect
+LARGEST_EXCESS = 3.0  # [-] of the published variances
 
 
 @compiled_in_place
@@ -131,3 +138,18 @@ def noise_along_rays(
         sum_ += update.weights[group] * (noise_along - 0.5 * (noise - noise_along))
         weights += update.weights[group]
     return sum_ / weights
+
+
+@compiled_in_place
+def depth_variance_scale(depth_error_power: FloatArray, depth_noise: FloatArray) -> float:
+    """Factor [-] of the published variances for the views' errors along the rays.
+
+    Args:
+        depth_error_power: Mean square of each view's shared error, (sensors,) [m²].
+        depth_noise: Variance of each view's noise along the rays, (sensors,) [m²].
+    """
+    total = 0.0
+    for sensor in range(len(depth_noise)):
+        total += depth_error_power[sensor] + NOISE_SHARE * depth_noise[sensor]
+    excess = max(total / len(depth_noise) - USUAL_VARIANCE, 0.0)
+    return 1.0 + LARGEST_EXCESS * excess / (excess + LARGE_VARIANCE)
