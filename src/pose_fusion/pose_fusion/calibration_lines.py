@@ -75,7 +75,8 @@ def tracker_lines(extrinsics: Extrinsics) -> Iterator[str]:
             yield (
                 f"'{name}' and '{pair.partner}' still differ by {100.0 * pair.median:.0f} cm, as "
                 "trackers that guess distances do: angles change little, but the poses of the "
-                "cameras may be wrong by 10° and half a metre; calibrate with a board"
+                f"cameras may be wrong by {2.0 * np.degrees(pair.rotation_stddev):.0f}° and "
+                f"{200.0 * pair.position_stddev:.0f} cm; calibrate with a board"
             )
 
 

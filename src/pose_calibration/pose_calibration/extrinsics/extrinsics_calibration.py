@@ -150,8 +150,7 @@ class ExtrinsicsCalibrator:
         extents = spread(target)
         # A joint that leaps about is believed to be fast, and its error is expected.
         is_near = inlier & (distance <= FARTHEST * np.median(distance))
-        scale = relative_scale(source[is_near], target[is_near])
-        pair = PairResiduals(
+        return PairResiduals(
             partner=self.sensors[partner_sensor],
             frames=int(self.memory.shared_frames[partner_sensor, chosen[index]]),
             raw_median=float(np.median(raw)),
@@ -162,16 +161,12 @@ class ExtrinsicsCalibrator:
             inlier_share={
                 JOINTS[joint]: float(inlier[joints == joint].mean()) for joint in np.unique(joints)
             },
-            rotation_stddev=float(refinement.rotation_stddev[index]),
-            position_stddev=float(refinement.position_stddev[index]),
+            rotation_noise=float(refinement.rotation_stddev[index]),
+            position_noise=float(refinement.position_stddev[index]),
+            distance=float(np.median(np.linalg.norm(source, axis=1))),
             spread=(float(extents[0]), float(extents[1]), float(extents[2])),
-            scale=scale,
+            scale=relative_scale(source[is_near], target[is_near]),
         )
-        if not pair.scale_differs:
-            return pair
-        # One of the views is displaced along its line of sight; it is unknown which.
-        displaced = abs(scale - 1.0) * float(np.median(np.linalg.norm(source, axis=1)))
-        return replace(pair, position_stddev=float(np.hypot(pair.position_stddev, displaced)))
 
     def _check(self, pair: PairResiduals, name: str) -> None:
         limits = self._parameters
@@ -183,10 +178,10 @@ class ExtrinsicsCalibrator:
                 "see the same single person, check that their clocks agree, and that neither was "
                 "moved meanwhile"
             )
-        if pair.rotation_stddev > limits.rotation_stddev:
+        if pair.rotation_noise > limits.rotation_stddev:
             raise CalibrationError(
                 f"too little motion between '{pair.partner}' and '{name}': it leaves the rotation "
-                f"uncertain by {np.degrees(pair.rotation_stddev):.2f} deg, expected at most "
+                f"uncertain by {np.degrees(pair.rotation_noise):.2f} deg, expected at most "
                 f"{np.degrees(limits.rotation_stddev):.2f} deg (spread of the joints "
                 + ", ".join(f"{extent:.2f}" for extent in pair.spread)
                 + " m): raise the arms sideways and walk about"

@@ -36,8 +36,8 @@ def what_is_missing(
         return (f"walk where '{absent[0]}' and another sensor both see you", 0.5 * share)
     shares = {
         name: min(
-            parameters.enough_rotation_stddev / pair.rotation_stddev,
-            parameters.enough_position_stddev / pair.position_stddev,
+            parameters.enough_rotation_stddev / pair.rotation_noise,
+            parameters.enough_position_stddev / pair.position_noise,
         )
         for name, pair in extrinsics.residuals.items()
     }
