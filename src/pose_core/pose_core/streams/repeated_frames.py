@@ -1,11 +1,10 @@
 """Finds cameras that repeat one frame: a tracker never measures the same positions again."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.arrays import FloatArray
 from pose_core.streams.samples import SkeletonSample
 
 STILL_FRAMES = 90  # [frames] from the start that are alike, which is suspicious
@@ -14,7 +13,7 @@ FROZEN_FRAMES = 6  # [frames] that are alike after others that were not: no trac
 
 @dataclass
 class _Last:
-    picture: Sequence[FloatArray] = field(default_factory=tuple)  # everybody's joints
+    picture: Sequence[bytes] = ()  # everybody's joints
     has_moved: bool = False
     alike: int = 0  # frames in a row with this picture
 
@@ -28,12 +27,10 @@ class RepeatedFrames:
     def is_frozen(self, sensor: str, persons: Sequence[SkeletonSample]) -> bool:
         """Whether a sensor's next frame, with these persons, is one that it repeats on and on."""
         last = self._last.setdefault(sensor, _Last())
-        picture = [person.positions for person in persons]
-        is_alike = len(picture) == len(last.picture) and all(
-            np.array_equal(new, old, equal_nan=True)
-            for new, old in zip(picture, last.picture, strict=True)
+        picture = [person.positions.tobytes() for person in persons]
+        is_alike = picture == last.picture and any(
+            np.isfinite(person.positions).any() for person in persons
         )
-        is_alike = is_alike and any(np.isfinite(positions).any() for positions in picture)
         last.has_moved |= len(last.picture) > 0 and not is_alike
         last.alike = last.alike + 1 if is_alike else 0
         last.picture = picture
