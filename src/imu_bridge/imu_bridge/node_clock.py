@@ -29,12 +29,8 @@ class NodeTime(NamedTuple):
     elapsed_s: float | None  # [s] since that; None for the first sample, and after a clock's jump
 
 
-class NodeClock:
-    """Maps the wrapping clock of one node to host time.
-
-    Args:
-        max_drift: Largest relative drift between the two clocks [s/s].
-        modulus_us: Modulus of the node's clock [us].
+class _StampedSamples:
+    """Stamps of one node's samples, strictly increasing.
 
     Attributes:
         counters: ``clock_jumps``: of the node's clock; ``clock_steps``: lasting changes of the
@@ -42,14 +38,34 @@ class NodeClock:
             would have decreased, because the line dropped by more than a sampling period.
     """
 
-    def __init__(self, max_drift: float = 1e-3, modulus_us: int = 1 << 32) -> None:
+    def __init__(self) -> None:
         self.counters = Counters("clock_jumps", "clock_steps", "stamps_held")
+        self._arrival_ns = 0
+        self._stamp_ns = 0
+
+    def _increasing(self, stamp_ns: int) -> int:
+        """The stamp of the next sample [ns]: this one, unless it is not after the previous one."""
+        if stamp_ns <= self._stamp_ns:
+            self.counters.add("stamps_held")
+            stamp_ns = self._stamp_ns + HOLD_NS
+        self._stamp_ns = stamp_ns
+        return stamp_ns
+
+
+class NodeClock(_StampedSamples):
+    """Maps the wrapping clock of one node to host time.
+
+    Args:
+        max_drift: Largest relative drift between the two clocks [s/s].
+        modulus_us: Modulus of the node's clock [us].
+    """
+
+    def __init__(self, max_drift: float = 1e-3, modulus_us: int = 1 << 32) -> None:
+        super().__init__()
         self._line = LowerLine(max_drift)
         self._modulus_us = modulus_us
         self._clock_us = 0
-        self._arrival_ns = 0
         self._node_ns = 0  # unwrapped
-        self._stamp_ns = 0
 
     @property
     def drift(self) -> float:
@@ -73,11 +89,7 @@ class NodeClock:
         self._node_ns = clock_us * NS_PER_US if elapsed_ns is None else self._node_ns + elapsed_ns
         if self._line.add(self._node_ns, arrival_ns):
             self.counters.add("clock_steps")
-        stamp_ns = self._node_ns + self._line.at(self._node_ns)
-        if stamp_ns <= self._stamp_ns:
-            self.counters.add("stamps_held")
-            stamp_ns = self._stamp_ns + HOLD_NS
-        self._stamp_ns = stamp_ns
+        stamp_ns = self._increasing(self._node_ns + self._line.at(self._node_ns))
         return NodeTime(stamp_ns, None if elapsed_ns is None else elapsed_ns * 1e-9)
 
     def _elapsed_ns(self, clock_us: int, arrival_ns: int) -> int | None:
@@ -94,27 +106,22 @@ class NodeClock:
         return elapsed_ns
 
 
-class CountingClock:
+class CountingClock(_StampedSamples):
     """Stamps the samples of a device without a clock but with a constant rate.
 
     The count of samples replaces the clock. Lost samples are detected within two seconds, since all
-    later arrivals appear late.
-
-    Attributes:
-        counters: As in :class:`NodeClock`; ``clock_jumps`` are pauses.
+    later arrivals appear late. ``clock_jumps`` are pauses.
     """
 
     drift = 0.0
     """There is no clock."""
 
     def __init__(self) -> None:
-        self.counters = Counters("clock_jumps", "clock_steps", "stamps_held")
+        super().__init__()
         self._line: LowerLine | None = None
         self._first_ns: int | None = None
         self._count = 0
         self._period_ns = 0
-        self._arrival_ns = 0
-        self._stamp_ns = 0
 
     def stamp(self, arrival_ns: int) -> NodeTime:
         """The host time of the next sample, which arrived at this host time [ns]."""
@@ -125,27 +132,23 @@ class CountingClock:
             self._begin(arrival_ns)
         else:
             self._count += 1
-        before_ns, self._stamp_ns = self._stamp_ns, self._next_stamp_ns(arrival_ns)
-        return NodeTime(self._stamp_ns, None if begins else (self._stamp_ns - before_ns) * 1e-9)
+        before_ns, stamp_ns = self._stamp_ns, self._increasing(self._next_stamp_ns(arrival_ns))
+        return NodeTime(stamp_ns, None if begins else (stamp_ns - before_ns) * 1e-9)
 
     def _begin(self, arrival_ns: int) -> None:
         self._line, self._first_ns, self._count = None, arrival_ns, 0
 
     def _next_stamp_ns(self, arrival_ns: int) -> int:
         if self._line is None:
-            stamp_ns = arrival_ns
             self._estimate_period(arrival_ns)
-        else:
-            node_ns = self._count * self._period_ns
-            if self._line.add(node_ns, arrival_ns):
-                self.counters.add("clock_steps")
-            stamp_ns = node_ns + self._line.at(node_ns)
-            if abs(self._line.skew) >= COUNTED_SKEW:
-                self._begin(arrival_ns)  # the period was estimated from a backlog
-        if stamp_ns > self._stamp_ns:
-            return stamp_ns
-        self.counters.add("stamps_held")
-        return self._stamp_ns + HOLD_NS
+            return arrival_ns
+        node_ns = self._count * self._period_ns
+        if self._line.add(node_ns, arrival_ns):
+            self.counters.add("clock_steps")
+        stamp_ns = node_ns + self._line.at(node_ns)
+        if abs(self._line.skew) >= COUNTED_SKEW:
+            self._begin(arrival_ns)  # the period was estimated from a backlog
+        return stamp_ns
 
     def _estimate_period(self, arrival_ns: int) -> None:
         """Estimate a first period from the first samples."""

@@ -12,7 +12,7 @@ from imu_bridge.node_clock import CountingClock, NodeClock, NodeTime
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.protocols.reading import Parser, Reading, is_plausible
 from imu_bridge.protocols.star import StarParser
-from imu_bridge.segments import ImuNode
+from imu_bridge.segments import ImuNode, Linear
 from imu_bridge.sequence import Arrival, SequenceTracker
 from pose_core.arrays import FloatArray
 
@@ -108,10 +108,8 @@ class ImuPipeline:
         self._max_gap_s = parameters.max_gap
         self._transport_delay_ns = round(parameters.transport_delay * 1e9)
         self._gyroscope_bias = np.array([n.gyroscope_bias for n in self.nodes])
-        self._accelerometer_offset = np.array([n.accelerometer.offset for n in self.nodes])
-        self._accelerometer_matrix = np.array([n.accelerometer.matrix for n in self.nodes])
-        self._magnetometer_offset = np.array([n.magnetometer.offset for n in self.nodes])
-        self._magnetometer_matrix = np.array([n.magnetometer.matrix for n in self.nodes])
+        self._accelerometers = _stacked([n.accelerometer for n in self.nodes])
+        self._magnetometers = _stacked([n.magnetometer for n in self.nodes])
 
     def process(self, chunks: Sequence[Chunk]) -> ImuBatch:
         """Process chunks, in order of arrival at each port; returns all complete samples."""
@@ -151,12 +149,8 @@ class ImuPipeline:
         raw_field = _rows([r.magnetic_field or NO_VECTOR for r in readings], 3)
         own = _rows([r.orientation or NO_QUATERNION for r in readings], 4)
         rate = raw_rate - self._gyroscope_bias[node]
-        acceleration = _calibrated(
-            raw_acceleration, self._accelerometer_offset[node], self._accelerometer_matrix[node]
-        )
-        field = _calibrated(
-            raw_field, self._magnetometer_offset[node], self._magnetometer_matrix[node]
-        )
+        acceleration = _calibrated(raw_acceleration, self._accelerometers, node)
+        field = _calibrated(raw_field, self._magnetometers, node)
         for i, reading in zip(node.tolist(), readings, strict=True):
             self.states[i].samples += 1
             self.states[i].saturated += reading.saturated
@@ -203,9 +197,17 @@ def _rows(vectors: Sequence[Sequence[float]], width: int) -> FloatArray:
     return np.array(vectors, dtype=float).reshape(-1, width)
 
 
-def _calibrated(measured: FloatArray, offset: FloatArray, matrix: FloatArray) -> FloatArray:
-    """``matrix @ (measured - offset)`` for each of n samples."""
-    return np.matmul(matrix, (measured - offset)[:, :, None])[:, :, 0]
+def _stacked(sensors: Sequence[Linear]) -> Linear:
+    """The calibrations of all nodes' sensors as one: offset (nodes, 3), matrix (nodes, 3, 3)."""
+    return Linear(
+        offset=np.array([s.offset for s in sensors]), matrix=np.array([s.matrix for s in sensors])
+    )
+
+
+def _calibrated(measured: FloatArray, sensors: Linear, node: IndexArray) -> FloatArray:
+    """``matrix @ (measured - offset)`` for each of n samples, by the sensor of its node."""
+    relative = (measured - sensors.offset[node])[:, :, None]
+    return np.matmul(sensors.matrix[node], relative)[:, :, 0]
 
 
 def _rounds(node: IndexArray) -> list[IndexArray]:

@@ -33,6 +33,11 @@ class Replay:
         rate: Speed relative to the recording.
         loop: Whether to restart at the end.
 
+    Attributes:
+        stream: The stream.
+        timeline: Its stamps.
+        played: How many frames have been played or skipped.
+
     Raises:
         InputError: If there is no such sensor, or it has no frames.
     """
@@ -47,19 +52,25 @@ class Replay:
         rate: float = 1.0,
         loop: bool = False,
     ) -> None:
-        stream = recording.stream(sensor)
-        timeline = timelines[recording.streams.index(stream)]
-        if not len(timeline):
-            raise InputError(f"{recording.source}: sensor '{stream.name}' has no frames to replay")
+        self.stream = recording.stream(sensor)
+        self.timeline = timelines[recording.streams.index(self.stream)]
+        if not len(self.timeline):
+            raise InputError(
+                f"{recording.source}: sensor '{self.stream.name}' has no frames to replay"
+            )
         intervals = np.concatenate([np.diff(other.time_ns) for other in timelines])
         begin = min(int(other.time_ns[0]) for other in timelines if len(other))
         end = max(int(other.time_ns[-1]) for other in timelines if len(other))
-        self._frame = timeline.frame  # (k,) indices into the stream
-        self._offset_ns = timeline.time_ns - recording.time_zero_ns  # (k,) t - t_0
+        self._frame = self.timeline.frame  # (k,) indices into the stream
+        self._offset_ns = self.timeline.time_ns - recording.time_zero_ns  # (k,) t - t_0
         self._interval_ns = int(np.median(intervals)) if len(intervals) else NOMINAL_INTERVAL_NS
         self._period_ns = end - begin + self._interval_ns  # P
-        self._start_at_ns, self._rate, self._loop = start_at_ns, rate, loop
-        self.played = 0
+        self._rate, self._loop = rate, loop
+        self.restart(start_at_ns)
+
+    def restart(self, start_at_ns: int) -> None:
+        """Begin again, with the recording's time zero at this host time [ns]."""
+        self._start_at_ns, self.played = start_at_ns, 0
 
     def due_ns(self, count: int) -> int | None:
         """The stamp [ns] of the frame after ``count`` others, or None after the last."""

@@ -10,7 +10,7 @@ from rosbags.interfaces import QosReliability
 
 from pose_core.errors import InputError, writing
 from pose_io.bag_writer import BagWriter
-from pose_io.bags import BagReader, open_bag
+from pose_io.bags import open_bag
 from pose_io.mcap import CHUNK_KIND, RECORD, chunk_info, read_chunk
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -164,15 +164,9 @@ def _rewrite(path: Path, output: Path, progress: Callable[[float], None] | None)
                 reliable=all(reliable),
                 depth=max(LEAST_DEPTH, *depths) if depths else LEAST_DEPTH,
             )
-        return _copy_messages(bag, writer, progress)
-
-
-def _copy_messages(
-    bag: BagReader, writer: BagWriter, progress: Callable[[float], None] | None
-) -> int:
-    for batch in bag.batches():
-        for message in batch:
-            writer.write_serialized(message.topic, message.msgtype, message.data, message.stamp_ns)
-        if progress is not None:
-            progress(bag.share_before(batch[-1].stamp_ns))
-    return writer.message_count
+        for batch in bag.batches():
+            for connection, stamp_ns, data in batch:
+                writer.write_serialized(connection.topic, connection.msgtype, data, stamp_ns)
+            if progress is not None:
+                progress(bag.share_before(batch[-1].stamp_ns))
+        return writer.message_count

@@ -14,7 +14,6 @@ from typing import Any
 
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Nodetype, Qos, QosDurability
-from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys.store import Typestore
 
@@ -24,7 +23,7 @@ from pose_io.mcap import BagMessage as BagMessage
 from pose_io.typestore import make_typestore
 
 BAG_SUFFIXES = (".mcap", ".db3")
-BATCH = 2000  # [messages] read at a time from files without chunks
+BATCH = 2000  # [messages] read at a time
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +44,8 @@ class BagTopic:
 class BagReader:
     """An open bag; made by :func:`open_bag`, closed by ``with`` or :meth:`close`.
 
-    Messages are read in the order of their recording stamps, a chunk at a time: memory does not
-    depend on the bag's length.
+    Messages are read in the order of their recording stamps, some thousand at a time: memory does
+    not depend on the bag's length.
     """
 
     def __init__(self, path: Path, reader: AnyReader, temporary: Path | None = None) -> None:
@@ -93,7 +92,7 @@ class BagReader:
             yield from batch
 
     def batches(self, topics: Collection[str] | None = None) -> Iterator[list[BagMessage]]:
-        """The messages in batches of some thousand.
+        """The messages in batches of :data:`BATCH`.
 
         Raises:
             InputError: If the bag is found to be damaged.
@@ -103,10 +102,6 @@ class BagReader:
         if not connections:  # rosbags takes an empty list for "all"
             return
         try:
-            storage = _indexed_mcap(self._reader)
-            if storage is not None:
-                yield from mcap.batches(storage, connections)
-                return
             entries = map(BagMessage._make, self._reader.messages(connections))
             while batch := list(islice(entries, BATCH)):
                 yield batch
@@ -206,6 +201,7 @@ def _open(
     try:
         reader = AnyReader([path], default_typestore=typestore or make_typestore())
         reader.open()
+        _find_chunks(reader)
     except Exception as error:  # damaged bytes may raise any exception
         raise InputError(
             f"{path} is not a readable bag: {one_line(error)}: if recording or copying it was "
@@ -253,18 +249,15 @@ def _open_recording(path: Path) -> BagReader:
     return bag
 
 
-def _indexed_mcap(reader: AnyReader) -> McapReader | None:
-    """The MCAP reader of a bag with one file in chunks; None for any other bag."""
+def _find_chunks(reader: AnyReader) -> None:
+    """Add what rosbags needs to sort messages, in MCAP files without an index."""
     storage = getattr(reader.readers[0], "storage", None)
-    if isinstance(storage, DirectoryReader):
-        if len(storage.storages) != 1 or storage.metadata.compression_mode == "message":
-            return None
-        (storage,) = storage.storages
-    if not isinstance(storage, McapReader):
-        return None
-    if not storage.chunks:  # interrupted before its index: messages may be in any order
-        storage.chunks = mcap.scanned_chunks(storage)
-    return storage if storage.chunks else None
+    for each in getattr(storage, "storages", [storage]):
+        if isinstance(each, McapReader):
+            each.chunks = each.chunks or mcap.scanned_chunks(each)
+            for chunk in each.chunks:
+                if not chunk.channel_count:  # any channel may have messages in it
+                    chunk.channel_count.update(dict.fromkeys(each.channels, 1))
 
 
 def _parts(fields: Any) -> set[str]:

@@ -1,8 +1,6 @@
-"""MCAP files read a chunk of messages at a time, also those whose recording was cut off."""
+"""Chunks of MCAP files, also of those whose recording was cut off; one message of any bag."""
 
-from collections.abc import Collection, Iterator
 from mmap import mmap
-from operator import attrgetter, itemgetter
 from struct import Struct
 from typing import BinaryIO, NamedTuple
 
@@ -10,12 +8,9 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader, decompress
 
 RECORD = Struct("<BQ")  # kind and size of a record
-MESSAGE = Struct("<BQHIQQ")  # header of a message: channel, sequence, recorded at, published at
-MESSAGE_KIND, CHUNK_KIND, INDEX_KIND = 5, 6, 7
+MESSAGE_KIND, CHUNK_KIND = 5, 6
 CHUNK_HEAD = Struct("<QQQI")  # after the record's header: first and last stamp, size, checksum
 COMPRESSION = Struct("<I")
-INDEX_HEAD = Struct("<HI")  # of a chunk's index: channel, size of its entries
-INDEX_ENTRY_SIZE = 16  # [bytes]
 
 
 class BagMessage(NamedTuple):
@@ -34,40 +29,6 @@ class BagMessage(NamedTuple):
     def msgtype(self) -> str:
         """Its type, for example pose_msgs/msg/Skeleton."""
         return self.connection.msgtype
-
-
-def batches(storage: McapReader, connections: Collection[Connection]) -> Iterator[list[BagMessage]]:
-    """The messages of some connections in the order of their stamps, about a chunk at a time.
-
-    Args:
-        storage: An open reader of a file with an index of its chunks.
-        connections: The connections to read.
-    """
-    wanted = {connection.id: connection for connection in connections}
-    chunks = sorted(storage.chunks, key=itemgetter(0))
-    chunks = [
-        chunk
-        for chunk in chunks
-        if not chunk.channel_count or any(chunk.channel_count.get(id_) for id_ in wanted)
-    ]
-    file = storage.bio
-    assert file is not None
-    held: list[BagMessage] = []
-    for index, chunk in enumerate(chunks):
-        held += _entries(read_chunk(file, chunk), wanted)
-        held.sort(key=attrgetter("stamp_ns"))
-        if index + 1 == len(chunks):
-            break
-        # Messages later than the next chunk's start are merged with that chunk's messages.
-        next_ns = chunks[index + 1].message_start_time
-        later = len(held)
-        while later and held[later - 1].stamp_ns >= next_ns:
-            later -= 1
-        if later:
-            yield held[:later]
-        held = held[later:]
-    if held:
-        yield held
 
 
 def scanned_chunks(storage: McapReader) -> list[ChunkInfo]:
@@ -90,9 +51,6 @@ def scanned_chunks(storage: McapReader) -> list[ChunkInfo]:
             return []
         if kind == CHUNK_KIND:
             chunks.append(chunk_info(file, at, size))
-        elif kind == INDEX_KIND and chunks:
-            channel, length = INDEX_HEAD.unpack(file.read(INDEX_HEAD.size))
-            chunks[-1].channel_count[channel] = length // INDEX_ENTRY_SIZE
         at += RECORD.size + size
     return chunks
 
@@ -126,19 +84,3 @@ def read_chunk(file: BinaryIO | mmap, chunk: ChunkInfo) -> bytes:
     if len(packed) != chunk.compressed_size:
         raise ValueError(f"a chunk is cut off after {len(packed)} bytes")
     return decompress(packed, chunk.compression, chunk.uncompressed_size, checksum)
-
-
-def _entries(content: bytes, wanted: dict[int, Connection]) -> Iterator[BagMessage]:
-    at, end = 0, len(content)
-    head, message, size_of_head = RECORD.unpack_from, MESSAGE.unpack_from, RECORD.size
-    while at < end:
-        kind, size = head(content, at)
-        stop = at + size_of_head + size
-        if stop > end:
-            raise ValueError(f"a record of {size} bytes reaches beyond its chunk")
-        if kind == MESSAGE_KIND:
-            _, _, channel, _, stamp_ns, _ = message(content, at)
-            connection = wanted.get(channel)
-            if connection is not None:
-                yield BagMessage(connection, stamp_ns, content[at + MESSAGE.size : stop])
-        at = stop

@@ -193,7 +193,7 @@ def test_coverage_names_the_parts_of_the_image_that_are_empty():
     )
     found = coverage(seen.values())
     assert found.cells[0, 0]
-    assert "bottom right" in found.missing
+    assert "bottom right" in found.missing_text
 
 
 def test_the_collector_stores_boards_at_rest_in_new_poses_and_instructs_the_user():

@@ -204,17 +204,13 @@ class StarParser:
             position = rest = start
             length = data[start + 2] if start + 2 < len(data) else 1
             end = start + _PREFIX_BYTES + length + _CRC_BYTES
-            if not 1 <= length <= MAX_PAYLOAD_BYTES or (final and end > len(data)):
-                position += len(SYNC)
-                skipped += len(SYNC)
-                continue
-            if end > len(data):
+            is_frame = 1 <= length <= MAX_PAYLOAD_BYTES and not (final and end > len(data))
+            if is_frame and end > len(data):
                 break
-            payload_end = end - _CRC_BYTES
-            if crc16(view[start + 2 : payload_end]) != int.from_bytes(
-                view[payload_end:end], "little"
-            ):
-                crc_errors += 1
+            crc_at = end - _CRC_BYTES
+            crc = int.from_bytes(view[crc_at:end], "little")
+            if not is_frame or crc16(view[start + 2 : crc_at]) != crc:
+                crc_errors += is_frame
                 position += len(SYNC)
                 skipped += len(SYNC)
                 continue

@@ -1,5 +1,6 @@
 """The node: one sensor's skeletons, from any source, as ``kinect_<name>/skeletons``."""
 
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from typing import Any
@@ -110,8 +111,7 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
         """State of the source, and counts of published frames."""
         assert self._source is not None
         report = self._source.report()
-        values = {**report.values, **self._counters.as_dict()}
-        return Report(level=report.level, message=report.message, values=values)
+        return replace(report, values={**report.values, **self._counters.as_dict()})
 
 
 def main() -> None:

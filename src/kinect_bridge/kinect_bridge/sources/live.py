@@ -5,10 +5,11 @@ from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from kinect_bridge.source import SkeletonFrame, SkeletonSource, SourceTopic
+from kinect_bridge.source import SkeletonFrame, SkeletonSource
 from kinect_bridge.sources.live_clock import CLOCK_COUNTERS, LiveClock
 from pose_core.arrays import FloatArray
 from pose_core.counters import Counters
@@ -49,29 +50,22 @@ class LiveSource(SkeletonSource):
     """Base of live sources; a subclass calls :meth:`push` from one thread.
 
     Args:
-        name: The source's name, for messages.
         hardware_id: The device, port or topic.
         joint_map: Joint map of the persons.
         on_host_clock: See :class:`LiveClock`.
-        counters: Further counters of the subclass, by reason.
-        topics: Topics to subscribe to.
+
+    Attributes:
+        NAME: The source's name, for messages.
+        COUNTERS: Further counters of the subclass, by reason.
     """
 
-    def __init__(
-        self,
-        name: str,
-        hardware_id: str,
-        joint_map: JointMap,
-        *,
-        on_host_clock: bool,
-        counters: Sequence[str] = (),
-        topics: tuple[SourceTopic, ...] = (),
-    ) -> None:
-        self.name = name
+    NAME: ClassVar[str]
+    COUNTERS: ClassVar[tuple[str, ...]]
+
+    def __init__(self, hardware_id: str, joint_map: JointMap, *, on_host_clock: bool) -> None:
         self.hardware_id = hardware_id
-        self.topics = topics
         self.joint_map = joint_map
-        self.counters = Counters(*FRAME_COUNTERS, *CLOCK_COUNTERS, *counters)
+        self.counters = Counters(*FRAME_COUNTERS, *CLOCK_COUNTERS, *self.COUNTERS)
         self._clock = LiveClock(self.counters, on_host_clock=on_host_clock)
         self._frames: deque[SkeletonFrame] = deque()
         self._now_ns: Callable[[], int] = lambda: 0
@@ -119,7 +113,7 @@ class LiveSource(SkeletonSource):
             **self.details(),
         }
         silent_ns = 0 if self._heard_ns is None else self._now_ns() - self._heard_ns
-        level, message = Level.OK, f"receiving from {self.name}"
+        level, message = Level.OK, f"receiving from {self.NAME}"
         if self._heard_ns is None:
             level, message = Level.WARN, f"waiting for {self.waits_for()}"
         elif silent_ns > SILENCE_NS:
@@ -129,7 +123,7 @@ class LiveSource(SkeletonSource):
 
     def waits_for(self) -> str:
         """Description of what the source waits for."""
-        return f"{self.name} on {self.hardware_id}"
+        return f"{self.NAME} on {self.hardware_id}"
 
     def details(self) -> Mapping[str, object]:
         """Further values for ``/diagnostics``."""
@@ -180,23 +174,19 @@ class ThreadedSource(LiveSource):
     """Base of the sources that read in a thread of their own, with another clock than the host's.
 
     Args:
-        name: The source's name, for messages.
         hardware_id: The device or port.
         joint_map: Joint map of the persons.
-        counters: Further counters of the subclass, by reason.
     """
 
-    def __init__(
-        self, name: str, hardware_id: str, joint_map: JointMap, counters: Sequence[str]
-    ) -> None:
-        super().__init__(name, hardware_id, joint_map, on_host_clock=False, counters=counters)
+    def __init__(self, hardware_id: str, joint_map: JointMap) -> None:
+        super().__init__(hardware_id, joint_map, on_host_clock=False)
         self._ends = threading.Event()
         self._thread: threading.Thread | None = None
 
     def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
         """Start the thread."""
         super().start(now_ns, wake)
-        self._thread = threading.Thread(target=self._run, name=self.name, daemon=True)
+        self._thread = threading.Thread(target=self._run, name=self.NAME, daemon=True)
         self._thread.start()
 
     def close(self) -> None:

@@ -33,7 +33,6 @@ SILENCE_S = 2.0  # [s] without a frame after which the sensor is lost
 RETRY_S = 1.0  # [s] between attempts to open it
 LOST = 4  # NiteUserState, a bit
 NONE, TRACKED = 0, 2  # NiteSkeletonState
-COUNTERS = ("sensor_opened", "sensor_lost", "users_not_tracked", "users_beyond_limit")
 
 
 class Nite2Source(ThreadedSource):
@@ -42,6 +41,9 @@ class Nite2Source(ThreadedSource):
     Raises:
         PoseError: If a library or the joint map cannot be used.
     """
+
+    NAME = "nite2"
+    COUNTERS = ("sensor_opened", "sensor_lost", "users_not_tracked", "users_beyond_limit")
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         self._device = parameters.nite2_device
@@ -52,7 +54,7 @@ class Nite2Source(ThreadedSource):
                 f"joint_map = '{parameters.joint_map}' has {len(joint_map.joints)} joints, NiTE2 "
                 f"{JOINT_COUNT}: give another map, or none"
             )
-        super().__init__("nite2", self._device or "any OpenNI2 sensor", joint_map, COUNTERS)
+        super().__init__(self._device or "any OpenNI2 sensor", joint_map)
         self._ready = threading.Event()
         # References are kept while the library may call them.
         self._callbacks = Callbacks(FRAME_READY(lambda _: self._ready.set()))

@@ -34,13 +34,16 @@ class RecordingSource(SkeletonSource):
             )
         path = Path(parameters.file).expanduser()
         self._recording = read_recording(path, parameters.format)
-        self._stream = self._recording.stream(parameters.sensor)
+        self._replay = Replay(
+            self._recording,
+            [make_timeline(each, parameters.clock) for each in self._recording.streams],
+            parameters.sensor,
+            start_at_ns=0,
+            rate=parameters.rate,
+            loop=parameters.loop,
+        )
+        self._stream, self._timeline = self._replay.stream, self._replay.timeline
         self.hardware_id = self._stream.name
-        self._timelines = [
-            make_timeline(each, parameters.clock) for each in self._recording.streams
-        ]
-        self._timeline = self._timelines[self._recording.streams.index(self._stream)]
-        self._replay = self._make_replay(0)
         self._skipped = 0  # frames that were due before a restart
         self._late_ns = 0  # [ns] longest since the last report
         self._reported = (0, 0)  # [ns] and frames, at the last report
@@ -49,7 +52,7 @@ class RecordingSource(SkeletonSource):
         """Start at ``start_at``, or now."""
         self._now_ns = now_ns
         self._reported = (now_ns(), 0)
-        self._replay = self._make_replay(self._parameters.start_at_ns(now_ns()))
+        self._replay.restart(self._parameters.start_at_ns(now_ns()))
         if self._parameters.start_at:
             # A restart during a common replay continues at the current time.
             self._skipped = self._replay.skip(now_ns() - LONGEST_DELAY_NS)
@@ -58,16 +61,6 @@ class RecordingSource(SkeletonSource):
     def is_finished(self) -> bool:
         """Whether all frames have been replayed."""
         return self._replay.finished
-
-    def _make_replay(self, start_at_ns: int) -> Replay:
-        return Replay(
-            self._recording,
-            self._timelines,
-            self._stream.name,
-            start_at_ns=start_at_ns,
-            rate=self._parameters.rate,
-            loop=self._parameters.loop,
-        )
 
     def take(self) -> SkeletonFrame | None:
         """The next frame, if it is due; one per call, so that a late replay causes no burst."""

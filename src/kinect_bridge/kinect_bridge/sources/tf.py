@@ -25,36 +25,21 @@ MAX_DEPTH = 32  # largest number of transforms from a joint to the root
 JOINT, PERSON = "{joint}", "{person}"
 
 
-class TransformTree:
-    """The newest transform of each frame from its parent."""
+Parents = dict[str, tuple[str, FloatArray, FloatArray]]
+"""Each frame's parent, and its pose there: quaternion x, y, z, w, and translation [m]."""
 
-    def __init__(self) -> None:
-        self._parents: dict[str, tuple[str, FloatArray, FloatArray]] = {}
 
-    def set(self, child: str, parent: str, rotation: FloatArray, translation: FloatArray) -> bool:
-        """Store a transform: quaternion x, y, z, w, translation [m]; False if the tree is full."""
-        if child not in self._parents and len(self._parents) >= MAX_FRAMES:
-            return False
-        self._parents[child] = (parent, rotation, translation)
-        return True
-
-    def parent(self, child: str) -> str | None:
-        """The parent frame, None if unknown."""
-        entry = self._parents.get(child)
-        return None if entry is None else entry[0]
-
-    def place(self, frame: str, root: str) -> FloatArray:
-        """Position of the frame's origin in the root [m], (3,); NaN if they are not connected."""
-        point = np.zeros(3)
-        for _ in range(MAX_DEPTH):
-            if frame == root:
-                return point
-            entry = self._parents.get(frame)
-            if entry is None:
-                break
-            frame, rotation, translation = entry
-            point = rotate(rotation, point) + translation
-        return np.full(3, np.nan)
+def place_in(root: str, frame: str, parents: Parents) -> FloatArray:
+    """Position of the frame's origin in the root [m], (3,); NaN if they are not connected."""
+    point = np.zeros(3)
+    for _ in range(MAX_DEPTH):
+        if frame == root:
+            return point
+        if frame not in parents:
+            break
+        frame, rotation, translation = parents[frame]
+        point = rotate(rotation, point) + translation
+    return np.full(3, np.nan)
 
 
 def rotate(quaternion: FloatArray, point: FloatArray) -> FloatArray:
@@ -78,7 +63,7 @@ class TfSource(TopicSource):
         self._template = parameters.tf_frames
         self._pattern = _pattern(parameters.tf_frames)
         self._root = parameters.tf_root
-        self._tree = TransformTree()
+        self._parents: Parents = {}
         self._cycle: dict[str, dict[int, str]] = {}  # the joints' frames of each person
         self._stamp_ns = 0
         self._people: frozenset[str] = frozenset()  # of the previous cycle
@@ -109,9 +94,10 @@ class TfSource(TopicSource):
         if found is not None and found[1] in self._cycle.get(found[0], {}):
             self.counters.add("cycles_incomplete", not self._is_complete())
             self._flush()
-        if not self._tree.set(child, parent, rotation, translation):
+        if child not in self._parents and len(self._parents) >= MAX_FRAMES:
             self.counters.add("transforms_beyond_limit")
             return
+        self._parents[child] = (parent, rotation, translation)
         if found is None:
             return
         person, joint = found
@@ -145,7 +131,7 @@ class TfSource(TopicSource):
         root = self._root or self._find_root(next(iter(frames.values())))
         positions = self.no_places()
         for joint, frame in frames.items():
-            positions[joint] = self._tree.place(frame, root)
+            positions[joint] = place_in(root, frame, self._parents)
         return Person(id=name, positions=positions)
 
     def _find_root(self, frame: str) -> str:
@@ -153,7 +139,7 @@ class TfSource(TopicSource):
         for _ in range(MAX_DEPTH):
             if self._joint(frame) is None:
                 break
-            frame = self._tree.parent(frame) or ""
+            frame = self._parents[frame][0] if frame in self._parents else ""
         return frame
 
 

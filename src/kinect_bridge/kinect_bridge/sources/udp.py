@@ -20,18 +20,6 @@ from pose_io.recordings.joint_map_files import find_joint_map
 POLL_S = 0.2  # [s] largest delay until the thread ends
 WRAP = 2**32  # of the sequence number
 RESTART = 1000  # a larger step back means that the sender restarted
-COUNTERS = (
-    "datagrams_received",
-    "datagrams_too_long",
-    "datagrams_malformed",
-    "datagrams_other_version",
-    "datagrams_wrong_joints",  # names that the joint map does not have
-    "datagrams_foreign_sender",  # from an address that is not allowed
-    "datagrams_second_sender",  # while another sender is active
-    "datagrams_late",  # behind one with a later sequence number
-    "frames_lost",  # missing sequence numbers
-    "sender_restarts",
-)
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 
@@ -41,6 +29,20 @@ class UdpSource(ThreadedSource):
     Raises:
         PoseError: If the address is invalid, open to unnamed senders, or in use.
     """
+
+    NAME = "udp"
+    COUNTERS = (
+        "datagrams_received",
+        "datagrams_too_long",
+        "datagrams_malformed",
+        "datagrams_other_version",
+        "datagrams_wrong_joints",  # names that the joint map does not have
+        "datagrams_foreign_sender",  # from an address that is not allowed
+        "datagrams_second_sender",  # while another sender is active
+        "datagrams_late",  # behind one with a later sequence number
+        "frames_lost",  # missing sequence numbers
+        "sender_restarts",
+    )
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         address = _address("udp_address", parameters.udp_address)
@@ -54,7 +56,7 @@ class UdpSource(ThreadedSource):
         joint_map = find_joint_map(parameters.joint_map or "pose_15")
         self._socket = _bound_socket(address, parameters.udp_port)
         host, port = self._socket.getsockname()[:2]
-        super().__init__("udp", f"{host}:{port}", joint_map, COUNTERS)
+        super().__init__(f"{host}:{port}", joint_map)
         self._sender: tuple[object, ...] | None = None
         self._sender_ns = 0
         self._sequence: int | None = None

@@ -112,21 +112,15 @@ class Bundle:
         return np.concatenate([each[0] for each in self._projections(x)])
 
     def _jacobian(self, x: FloatArray) -> csr_matrix:
-        rows, columns, values, first = [], [], [], 0
+        blocks = []
         for (camera, v, _, _), (residual, J) in zip(self._views, self._projections(x), strict=True):
-            index = np.arange(first, first + len(residual))
-            first += len(residual)
-            begin = self._count + 6 * v
-            where = [np.arange(begin, begin + 6)]
+            block = np.zeros((len(residual), self._size))
             if camera > 0:
-                where.append(np.arange(6 * (camera - 1), 6 * camera))
-            for at, block in zip(where, (J[:, 6:], J[:, :6]), strict=False):
-                rows.append(np.repeat(index, 6))
-                columns.append(np.tile(at, len(index)))
-                values.append(block.ravel())
-        shape = (first, self._size)
-        entries = (np.concatenate(rows), np.concatenate(columns))
-        return csr_matrix((np.concatenate(values), entries), shape=shape)
+                block[:, 6 * (camera - 1) : 6 * camera] = J[:, :6]
+            begin = self._count + 6 * v
+            block[:, begin : begin + 6] = J[:, 6:]
+            blocks.append(block)
+        return csr_matrix(np.concatenate(blocks))
 
     def _projections(self, x: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """Reprojection errors of each view, (2 n,) [px], and their derivatives, (2 n, 12).

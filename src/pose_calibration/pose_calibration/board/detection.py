@@ -39,16 +39,11 @@ class ImageCoverage:
         return float(self.cells.mean())
 
     @property
-    def missing(self) -> list[str]:
-        """Descriptions of the empty cells."""
-        return [
-            f"{ROWS[row]} {COLUMNS[column]}" for row, column in np.argwhere(~self.cells).tolist()
-        ]
-
-    @property
     def missing_text(self) -> str:
         """Description of the empty cells as part of a sentence."""
-        return "at the " + ", ".join(self.missing) if self.missing else "everywhere"
+        empty = np.argwhere(~self.cells).tolist()
+        places = ", ".join(f"{ROWS[row]} {COLUMNS[column]}" for row, column in empty)
+        return f"at the {places}" if empty else "everywhere"
 
 
 def coverage(views: Iterable[BoardView]) -> ImageCoverage:

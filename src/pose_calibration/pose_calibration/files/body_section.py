@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from pose_calibration.files.file_values import read_mapping
-from pose_core.api import BodyModel, SessionBody, load_body_model
+from pose_core.api import SessionBody, load_body_model
 from pose_core.body.shape import offsets_document, shape_of_offsets
 from pose_core.errors import InputError
 
@@ -36,13 +36,10 @@ def read_body(path: Path, section: Any) -> SessionBody | None:
     if section is None:
         return None
     section = read_mapping(f"{path}: 'body'", section)
-    model = _model(path, section.get("body_model"))
-    shape = shape_of_offsets(f"{path}: body/offsets", section.get("offsets"))
-    return SessionBody(model=model.name, shape=shape)
-
-
-def _model(path: Path, name: Any) -> BodyModel:
+    name = section.get("body_model")
     try:
-        return load_body_model(str(name))
+        model = load_body_model(str(name))
     except InputError as error:
         raise InputError(f"{path}: body/body_model is {name!r}: {error}") from error
+    shape = shape_of_offsets(f"{path}: body/offsets", section.get("offsets"))
+    return SessionBody(model=model.name, shape=shape)

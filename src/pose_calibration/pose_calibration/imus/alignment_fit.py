@@ -159,7 +159,7 @@ class _Fit:
             if self._segments[i] in ("pelvis", "torso"):
                 residual = (R[:, i, :, 1] - o.line[:, row]) / LINE_STDDEV
                 jacobian = self._axis_jacobian(R[:, i], Y) / LINE_STDDEV
-                yield _repeated(self._columns(i, MOVING), residual, jacobian)
+                yield _repeated(_columns(MOVING, i), residual, jacobian)
             yield self._neutral(i)
             yield self._prior(i)
         for pairs, hinge in ((KNEES, self._knee), (ELBOWS, self._elbow)):
@@ -176,14 +176,13 @@ class _Fit:
         residual = (R[:, i, :, 2] + o.R_map_heading @ self._b[i] - o.long_axis[:, row]) / stddev
         moving = self._axis_jacobian(R[:, i], Z)
         jacobian = np.concatenate([moving, o.R_map_heading], axis=2) / stddev[..., None]
-        return _repeated(self._columns(i, range(OWN)), residual, jacobian)
+        return _repeated(_columns(range(OWN), i), residual, jacobian)
 
     def _knee(self, R: FloatArray, upper: int, lower: int) -> _Residuals:
         residual = (R[:, upper, :, 1] - R[:, lower, :, 1]) / HINGE_STDDEV
         first, second = (self._axis_jacobian(R[:, i], Y) for i in (upper, lower))
         jacobian = np.concatenate([first, -second], axis=2) / HINGE_STDDEV
-        columns = np.concatenate([self._columns(i, MOVING) for i in (upper, lower)])
-        return _repeated(columns, residual, jacobian)
+        return _repeated(_columns(MOVING, upper, lower), residual, jacobian)
 
     def _elbow(self, R: FloatArray, upper: int, lower: int) -> _Residuals:
         hinge, along = R[:, upper, :, 1], R[:, lower, :, 2]
@@ -191,8 +190,7 @@ class _Fit:
         first = np.einsum("nr,nrc->nc", along, self._axis_jacobian(R[:, upper], Y))
         second = np.einsum("nr,nrc->nc", hinge, self._axis_jacobian(R[:, lower], Z))
         jacobian = np.concatenate([first, second], axis=1)[:, None] / ELBOW_STDDEV
-        columns = np.concatenate([self._columns(i, MOVING) for i in (upper, lower)])
-        return _repeated(columns, residual, jacobian)
+        return _repeated(_columns(MOVING, upper, lower), residual, jacobian)
 
     def _neutral(self, i: int) -> _Residuals:
         tilt = ARM_TILT_STDDEV if self._segments[i].endswith(ARMS) else TILT_STDDEV
@@ -200,17 +198,16 @@ class _Fit:
         R = about_z(self._y[i] - self._psi) @ self._R_ws_neutral[i] @ self._M[i]
         up = R[2]  # the vertical in the segment's axes
         jacobian = np.column_stack([up, np.eye(3), -up]) / stddev[:, None]
-        columns = np.append(self._columns(i, (0, 2, 3, 4)), len(self._normal) - 1)
+        columns = np.append(_columns((0, 2, 3, 4), i), len(self._normal) - 1)
         residual = Rotation.from_matrix(R).as_rotvec() / stddev
         return _Residuals(columns, residual[None], jacobian[None])
 
     def _prior(self, i: int) -> _Residuals:
         stddev = np.array([math.pi, DRIFT_STDDEV, BIAS_STDDEV, BIAS_STDDEV, BIAS_STDDEV])
-        columns = self._columns(i, (0, 1, 5, 6, 7))
         heading = self._y[i] - self._first_y[i]  # unobservable if always vertical
         residual = np.array([heading, self._d[i], *self._b[i]]) / stddev
         jacobian = np.diag(1.0 / stddev)
-        return _Residuals(columns, residual[None], jacobian[None])
+        return _Residuals(_columns((0, 1, 5, 6, 7), i), residual[None], jacobian[None])
 
     def _axis_jacobian(self, R: FloatArray, axis: FloatArray) -> FloatArray:
         """Jacobian of R axis by y, d and a rotation of the alignment: (n, 3, 5)."""
@@ -220,9 +217,10 @@ class _Fit:
         by_drift = by_heading * self._o.times_s[:, None]
         return np.concatenate([by_heading[..., None], by_drift[..., None], by_alignment], axis=2)
 
-    def _columns(self, i: int, own: Sequence[int]) -> NDArray[np.intp]:
-        """Columns of some of an IMU's unknowns."""
-        return OWN * i + np.array(own)
+
+def _columns(own: Sequence[int], *imus: int) -> NDArray[np.intp]:
+    """Columns of some unknowns of each IMU, one IMU after the other."""
+    return (OWN * np.array(imus)[:, None] + np.array(own)).ravel()
 
 
 def _repeated(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatArray) -> _Residuals:

@@ -1,7 +1,7 @@
 """Sensor-to-segment calibration of IMUs, live and offline: N-pose, then motion."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -46,23 +46,29 @@ class ImuFinding:
 def faults_of(observations: ImuObservations, explanations: Explanations) -> list[ImuFinding]:
     """Faults that make a sensor unusable."""
     found = [*_silent(observations), *_unmoved(observations)]
-    named = {segment for finding in found for segment in finding.segments}
-    for first, second in explanations.swapped:
-        if not named & {first, second}:
-            text = (
-                f"the sensors of {first} and {second} are exchanged: exchange them in the nodes "
-                "file, or on the body"
-            )
-            found.append(ImuFinding((first, second), text))
-    named = {segment for finding in found for segment in finding.segments}
-    for segment in explanations.upside_down:
-        if segment not in named:
-            text = (
-                f"the sensor of {segment} rotates the wrong way round: its reference frame is "
-                "upside down (z points down); have it send z up (ENU), or raw data"
-            )
-            found.append(ImuFinding((segment,), text))
+    found += [
+        ImuFinding(
+            (first, second),
+            f"the sensors of {first} and {second} are exchanged: exchange them in the nodes "
+            "file, or on the body",
+        )
+        for first, second in explanations.swapped
+        if not _segments_of(found) & {first, second}
+    ]
+    found += [
+        ImuFinding(
+            (segment,),
+            f"the sensor of {segment} rotates the wrong way round: its reference frame is "
+            "upside down (z points down); have it send z up (ENU), or raw data",
+        )
+        for segment in explanations.upside_down
+        if segment not in _segments_of(found)
+    ]
     return found
+
+
+def _segments_of(findings: Iterable[ImuFinding]) -> set[str]:
+    return {segment for finding in findings for segment in finding.segments}
 
 
 def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[ImuFinding]:
@@ -99,21 +105,17 @@ def uncertain(alignments: Mapping[str, SensorToSegment], enough: float) -> list[
     ]
 
 
-def _silent(o: ImuObservations) -> list[ImuFinding]:
+def _silent(o: ImuObservations) -> Iterator[ImuFinding]:
     heard = np.isfinite(o.rate).mean(axis=0)
     standing = np.isfinite(o.rate[o.is_neutral]).mean(axis=0)
-    found = []
     for segment, share, then in zip(o.segments, heard, standing, strict=True):
         if then == 0.0 or share < LEAST_SAMPLED:
             only = f"sent samples only {share:.0%} of the time"
             how = "was silent while you stood still" if then == 0.0 else only
-            text = f"the sensor of {segment} {how}: check its cable or radio"
-            found.append(ImuFinding((segment,), text))
-    return found
+            yield ImuFinding((segment,), f"the sensor of {segment} {how}: check its cable or radio")
 
 
-def _unmoved(o: ImuObservations) -> list[ImuFinding]:
-    found = []
+def _unmoved(o: ImuObservations) -> Iterator[ImuFinding]:
     for i, segment in enumerate(o.segments):
         axis, R = o.long_axis[:, i], o.R_world_sensor[:, i]
         axis, R = axis[np.isfinite(axis[:, 0])], R[np.isfinite(R[:, 0, 0])]
@@ -123,12 +125,11 @@ def _unmoved(o: ImuObservations) -> list[ImuFinding]:
         trace = np.einsum("nij,ij->n", R, R[0])
         turned = np.percentile(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)), MOST)
         if inclination > MOVED and turned < UNMOVED:
-            text = (
+            yield ImuFinding(
+                (segment,),
                 f"the sensor of {segment} does not move ({np.degrees(turned):.0f} deg, the segment "
-                f"{np.degrees(inclination):.0f} deg): strap it on, or check whether it is stuck"
+                f"{np.degrees(inclination):.0f} deg): strap it on, or check whether it is stuck",
             )
-            found.append(ImuFinding((segment,), text))
-    return found
 
 
 class Phase(Enum):
@@ -150,7 +151,7 @@ class ImuCalibrationResult:
     @property
     def usable(self) -> SensorsToSegments:
         """The alignments of sensors without a fault."""
-        at_fault = {segment for fault in self.faults for segment in fault.segments}
+        at_fault = _segments_of(self.faults)
         return {name: each for name, each in self.alignments.items() if name not in at_fault}
 
 

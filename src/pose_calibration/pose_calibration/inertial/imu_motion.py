@@ -57,13 +57,12 @@ class ImuMemory:
         self._reach_ns = reach_ns
         self._bursts = BurstStamps()
         self._rates = AngularVelocityCheck()  # finds the inverse ones
-        self._stamps: dict[str, list[int]] = {}
-        self._quaternions: dict[str, list[FloatArray]] = {}
+        self._samples: dict[str, list[tuple[int, FloatArray]]] = {}  # stamp [ns], quaternion
 
     @property
     def segments(self) -> tuple[str, ...]:
         """Segments with usable IMU samples that cameras can measure."""
-        return tuple(sorted(self._stamps.keys() - self._rates.inverse - self._rates.undecided))
+        return tuple(sorted(self._samples.keys() - self._rates.inverse - self._rates.undecided))
 
     def add(self, block: ImuBlock) -> None:
         """Append samples, at least :data:`EVERY_NS` apart."""
@@ -76,32 +75,27 @@ class ImuMemory:
                 self._add(block.segments[imu], stamp_ns, block.orientation, row)
 
     def _add(self, segment: str, stamp_ns: int, orientation: FloatArray, row: int) -> None:
-        stamps = self._stamps.setdefault(segment, [])
-        quaternions = self._quaternions.setdefault(segment, [])
-        if stamps and -JUMP_BACK_NS < stamp_ns - stamps[-1] < EVERY_NS:
+        samples = self._samples.setdefault(segment, [])
+        if samples and -JUMP_BACK_NS < stamp_ns - samples[-1][0] < EVERY_NS:
             return
-        if stamps and stamp_ns < stamps[-1]:
-            stamps.clear()  # the clock was set back, or a recording restarted
-            quaternions.clear()
-        stamps.append(stamp_ns)
-        quaternions.append(orientation[row])
-        if stamps[-1] - stamps[0] > 2 * self._reach_ns:
-            old = sum(stamp < stamps[-1] - self._reach_ns for stamp in stamps)
-            del stamps[:old], quaternions[:old]
+        if samples and stamp_ns < samples[-1][0]:
+            samples.clear()  # the clock was set back, or a recording restarted
+        samples.append((stamp_ns, orientation[row]))
+        if stamp_ns - samples[0][0] > 2 * self._reach_ns:
+            samples[:] = [one for one in samples if one[0] >= stamp_ns - self._reach_ns]
 
     def verticals(self, begin_ns: int) -> dict[str, Track]:
         """Vertical in each IMU's frame, by segment; stamps in seconds since ``begin_ns``."""
         # Imported here: scipy takes half a second to load, not at a node's start.
         from scipy.spatial.transform import Rotation
 
-        return {
-            segment: Track(
-                (np.array(stamps) - begin_ns) * 1e-9,
-                Rotation.from_quat(np.array(self._quaternions[segment])).inv().apply(UP),
-            )
-            for segment in self.segments
-            if len(stamps := self._stamps[segment]) > 1
-        }
+        tracks = {}
+        for segment in self.segments:
+            stamps_ns, quaternions = zip(*self._samples[segment], strict=True)
+            if len(stamps_ns) > 1:
+                ups = Rotation.from_quat(np.array(quaternions)).inv().apply(UP)
+                tracks[segment] = Track((np.array(stamps_ns) - begin_ns) * 1e-9, ups)
+        return tracks
 
 
 @dataclass(frozen=True)

@@ -73,13 +73,8 @@ class CalibrationPerson:
         )
         self._sensors = tuple(sensors)
         self.person = person
-        self._held: deque[Frame] = deque(maxlen=REMEMBERED)
-        self._extrinsics: Extrinsics | None = None
-        self._tracker: PeopleTracker | None = None
         self._number = 0  # of the person, in the tracker
-        self._is_several = False
-        self._next_match_ns: int | None = None
-        self._match_after_s = MATCH_AFTER_S
+        self.restart()
 
     @property
     def is_waiting(self) -> bool:
@@ -93,9 +88,11 @@ class CalibrationPerson:
 
     def restart(self) -> None:
         """Drop all persons."""
-        self._held.clear()
-        self._extrinsics = self._tracker = self._next_match_ns = None
+        self._held: deque[Frame] = deque(maxlen=REMEMBERED)
+        self._extrinsics: Extrinsics | None = None
+        self._tracker: PeopleTracker | None = None
         self._is_several = False
+        self._next_match_ns: int | None = None
         self._match_after_s = MATCH_AFTER_S
 
     def use_extrinsics(self, extrinsics: Extrinsics) -> None:

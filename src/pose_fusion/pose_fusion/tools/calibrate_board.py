@@ -280,7 +280,7 @@ def _print_result(calibration: BoardCalibration, extrinsics: Extrinsics, found: 
     for index, reason in sorted(calibration.left_out.items()):
         print(f"view {found.names[index]} left out: {reason}")
     for name, seen in calibration.coverage.items():
-        if seen.missing:
+        if seen.share < 1.0:
             print(f"'{name}' never had the board {seen.missing_text} of its image")
     if extrinsics.floor is not None:
         print(floor_line(extrinsics))

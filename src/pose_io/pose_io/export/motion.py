@@ -83,10 +83,14 @@ class BodyMotion:
         distance = np.linalg.norm(self.pose.positions - self.joints, axis=2)
         return float(np.nanmax(distance, initial=0.0))
 
+    def _neighbours(self, stamps_ns: IntArray) -> IntArray:
+        """The recorded instants before and after others, shape (2, n)."""
+        after = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
+        return np.stack([self.stamps_ns[after - 1], self.stamps_ns[after]])
+
     def _snapped(self, stamps_ns: IntArray) -> IntArray:
         """Move instants within 10 µs of a recorded one onto it."""
-        after = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
-        near = np.stack([self.stamps_ns[after - 1], self.stamps_ns[after]])
+        near = self._neighbours(stamps_ns)
         distance = np.abs(near - stamps_ns)
         nearest = np.where(distance[0] < distance[1], near[0], near[1])
         return np.where(distance.min(axis=0) <= SNAP_NS, nearest, stamps_ns)
@@ -102,12 +106,9 @@ class BodyMotion:
         stamps_ns = self.stamps_ns[0] + np.round(np.arange(count) * step_ns).astype(np.int64)
         stamps_ns = self._snapped(np.minimum(stamps_ns, self.stamps_ns[-1]))
         old, new = self.times_s, (stamps_ns - self.stamps_ns[0]) * 1e-9
-        dof, stddev = (
+        dof, stddev, unknown = (
             np.stack([np.interp(new, old, column) for column in columns.T], axis=1)
-            for columns in (self.dof, self.stddev)
-        )
-        unknown = np.stack(
-            [np.interp(new, old, c) for c in self.is_unknown.T.astype(float)], axis=1
+            for columns in (self.dof, self.stddev, self.is_unknown.astype(float))
         )
         turn = Slerp(old, Rotation.from_rotvec(self.dof[:, 3:ROOT_DOF]))
         dof[:, 3:ROOT_DOF] = turn(new).as_rotvec()
@@ -115,16 +116,16 @@ class BodyMotion:
         series = SkeletonSeries(
             stamps_ns=self.stamps_ns, positions=self.joints, tracking_state=state
         )
-        before = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
-        gap_ns = self.stamps_ns[before] - self.stamps_ns[before - 1]
-        inside = (stamps_ns > self.stamps_ns[before - 1]) & (stamps_ns < self.stamps_ns[before])
+        before_ns, after_ns = self._neighbours(stamps_ns)
         return replace(
             self,
             stamps_ns=stamps_ns,
             dof=dof,
             stddev=stddev,
             joints=series.at(stamps_ns),
-            is_gap=inside & (gap_ns > MAX_GAP_S * NS_PER_S),
+            is_gap=(before_ns < stamps_ns)
+            & (stamps_ns < after_ns)
+            & (after_ns - before_ns > MAX_GAP_S * NS_PER_S),
             is_unknown=unknown > 0.0,
         )
 

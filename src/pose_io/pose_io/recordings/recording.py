@@ -5,7 +5,7 @@ stamp.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -57,7 +57,7 @@ class Recording:
     format: str
     streams: tuple[SensorStream, ...]  # in order of appearance
     time_zero_ns: int  # [ns] host time of the recording's beginning
-    comments: tuple[str, ...] = field(default=())  # comment lines of the file
+    comments: tuple[str, ...] = ()  # comment lines of the file
 
     def stream(self, sensor: str) -> SensorStream:
         """Find a stream by its name, or by its index as a string.

@@ -12,6 +12,7 @@ The order of the three rotations was found from the data: this one keeps the fee
 squat on the floor, and agrees with the Vicon's hip angles; the others do not.
 """
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -29,29 +30,14 @@ FRAME_RATE = 30.0  # [Hz] of a Kinect v2
 SENSOR, PERSON = "kinect", "subject"
 POSITIONS, ANGLES = "positions", "angles"  # how folders and files are named
 
+CHAINS = (
+    ("Waist", "Spine", "Chest", "Neck", "Head", "HeadTip"),
+    *(("Chest", f"{s}Collar", f"{s}UpperArm", f"{s}Forearm", f"{s}Hand") for s in "LR"),
+    *(("Waist", f"{s}UpperLeg", f"{s}LowerLeg", f"{s}Foot", f"{s}Toes") for s in "LR"),
+)
 PARENTS: dict[str, str | None] = {
     "Waist": None,
-    "Spine": "Waist",
-    "Chest": "Spine",
-    "Neck": "Chest",
-    "Head": "Neck",
-    "HeadTip": "Head",
-    "LCollar": "Chest",
-    "LUpperArm": "LCollar",
-    "LForearm": "LUpperArm",
-    "LHand": "LForearm",
-    "RCollar": "Chest",
-    "RUpperArm": "RCollar",
-    "RForearm": "RUpperArm",
-    "RHand": "RForearm",
-    "LUpperLeg": "Waist",
-    "LLowerLeg": "LUpperLeg",
-    "LFoot": "LLowerLeg",
-    "LToes": "LFoot",
-    "RUpperLeg": "Waist",
-    "RLowerLeg": "RUpperLeg",
-    "RFoot": "RLowerLeg",
-    "RToes": "RFoot",
+    **{joint: parent for chain in CHAINS for parent, joint in itertools.pairwise(chain)},
 }
 """The file's joints in its order, and the joint whose axes their offset is given in."""
 
