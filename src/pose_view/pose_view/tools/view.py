@@ -113,10 +113,7 @@ def view(words: Sequence[str]) -> int:
 
         run_viewer(vars(options))
     recorded = read(
-        options.bag,
-        parameters.bodies,
-        person=options.person,
-        max_people=options.max_people,
+        options.bag, parameters.bodies, person=options.person, max_people=options.max_people
     )
     viewer = Viewer(parameters, recorded=recorded)
     if viewer.server.opened:
@@ -130,11 +127,7 @@ def view(words: Sequence[str]) -> int:
 
 
 def read(
-    path: Path,
-    bodies: tuple[str, ...],
-    *,
-    person: str = "first",
-    max_people: int = 1,
+    path: Path, bodies: tuple[str, ...], *, person: str = "first", max_people: int = 1
 ) -> Recorded:
     """Read a recording and compute missing bodies.
 

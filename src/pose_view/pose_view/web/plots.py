@@ -1,6 +1,7 @@
 """Panel with plots of selected angles, one line per body."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -51,27 +52,19 @@ def svg_plot(
         y_label: Label of the vertical axis, with its unit.
         y_range: Limits of the vertical axis.
     """
-
-    def across(value: FloatArray | float) -> FloatArray:
-        return LEFT + (np.asarray(value) - x[0]) / (x[-1] - x[0]) * (WIDTH - LEFT - RIGHT)
-
-    def down(value: FloatArray | float) -> FloatArray:
-        share = (np.asarray(value) - y_range[0]) / (y_range[1] - y_range[0])
-        return HEIGHT - BOTTOM - share * (HEIGHT - TOP - BOTTOM)
-
+    across = partial(np.interp, xp=(x[0], x[-1]), fp=(LEFT, WIDTH - RIGHT))
+    down = partial(np.interp, xp=y_range, fp=(HEIGHT - BOTTOM, TOP))
     parts = [
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" style="display:block;width:100%" '
         'font-family="sans-serif" font-size="9.5">'
     ]
     for tick in ticks(*y_range):
-        at = f"{down(tick):.1f}"
         grid = "#b8bcc4" if tick == 0.0 else "#e6e8ec"
-        parts.append(f'<path d="M{LEFT} {at}H{WIDTH - RIGHT}" stroke="{grid}"/>')
-        parts.append(_text(LEFT - 4, float(down(tick)) + 3.3, f"{tick:g}", "end"))
+        parts.append(f'<path d="M{LEFT} {down(tick):.1f}H{WIDTH - RIGHT}" stroke="{grid}"/>')
+        parts.append(_text(LEFT - 4, down(tick) + 3.3, f"{tick:g}", "end"))
     for tick in ticks(float(x[0]), float(x[-1])):
-        at = f"{across(tick):.1f}"
-        parts.append(f'<path d="M{at} {TOP}V{HEIGHT - BOTTOM}" stroke="#e6e8ec"/>')
-        parts.append(_text(float(across(tick)), HEIGHT - BOTTOM + 11, f"{tick:g}"))
+        parts.append(f'<path d="M{across(tick):.1f} {TOP}V{HEIGHT - BOTTOM}" stroke="#e6e8ec"/>')
+        parts.append(_text(across(tick), HEIGHT - BOTTOM + 11, f"{tick:g}"))
     parts.append(_text((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 5, x_label))
     middle = (TOP + HEIGHT - BOTTOM) / 2
     parts.append(
@@ -79,11 +72,8 @@ def svg_plot(
         f'transform="rotate(-90 10 {middle})">{y_label}</text>'
     )
     for row, color in zip(rows, colors, strict=True):
-        path = _path(across(x), down(row))
-        parts.append(
-            f'<path d="{path}" fill="none" stroke="{color}" stroke-width="1.6" '
-            'stroke-linejoin="round"/>'
-        )
+        style = f'fill="none" stroke="{color}" stroke-width="1.6" stroke-linejoin="round"'
+        parts.append(f'<path d="{_path(across(x), down(row))}" {style}/>')
     return "".join([*parts, "</svg>"])
 
 
@@ -97,15 +87,10 @@ def ticks(low: float, high: float) -> list[float]:
 
 def _path(x: FloatArray, y: FloatArray) -> str:
     """SVG path through the points, interrupted at NaN."""
-    words = []
-    is_on = False
-    for px, py in zip(x.tolist(), y.tolist(), strict=True):
-        if py != py:
-            is_on = False
-            continue
-        words.append(f"{'L' if is_on else 'M'}{px:.1f} {py:.1f}")
-        is_on = True
-    return "".join(words)
+    known = np.isfinite(y)
+    letters = np.where(known & np.append(False, known[:-1]), "L", "M")[known].tolist()
+    points = zip(letters, x[known].tolist(), y[known].tolist(), strict=True)
+    return "".join(f"{letter}{px:.1f} {py:.1f}" for letter, px, py in points)
 
 
 def _text(x: float, y: float, text: str, anchor: str = "middle") -> str:
