@@ -184,14 +184,10 @@ class Recorder(ManagedNode[RecorderParameters]):
 
     def _subscribe(self, topic: str, msgtype: str, profile: QoSProfile) -> None:
         # Without what warns of publishers that offer less: they are subscribed to as they offer.
+        events = SubscriptionEventCallbacks(use_default_callbacks=False)
+        options = {"callback_group": self._not_woken, "raw": True, "event_callbacks": events}
         subscription = self.create_subscription(
-            message_class(msgtype),
-            topic,
-            ignore_message,
-            profile,
-            callback_group=self._not_woken,
-            raw=True,
-            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+            message_class(msgtype), topic, ignore_message, profile, **options
         )
         self._queues[topic] = MessageQueue(subscription)
 

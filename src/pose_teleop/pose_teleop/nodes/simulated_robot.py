@@ -93,11 +93,8 @@ class SimulatedRobot(Node):
             self._tf.publish(TFMessage(transforms=[root, *links]))
 
     def _report(self) -> Report:
-        return Report(
-            level=Level.OK,
-            message=f"simulating {self.arm.file.name}",
-            values=self._counters.as_dict(),
-        )
+        message = f"simulating {self.arm.file.name}"
+        return Report(level=Level.OK, message=message, values=self._counters.as_dict())
 
 
 def main() -> None:

@@ -20,6 +20,7 @@ from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
+from pose_node.plain_console import add_share
 from pose_view.messages import estimate_snapshot
 from pose_view.parameters import ViewParameters
 from pose_view.recorded import Recorded
@@ -138,14 +139,8 @@ def read(
         max_people: How many people's poses are computed.
     """
     console = Console(stderr=True)
-    progress = Progress(console=console, transient=True)
-    with open_bag(path) as bag, progress:
-
-        def task(name: str) -> Callable[[float], None]:
-            number = progress.add_task(name, total=1.0)
-            return lambda share: progress.update(number, completed=share)
-
-        recorded = Recorded(bag, task("reading"))
+    with open_bag(path) as bag, Progress(console=console, transient=True) as progress:
+        recorded = Recorded(bag, add_share(progress, "reading"))
         missing = missing_bodies(recorded, bodies, bag)
         if not missing:
             return recorded
@@ -160,7 +155,7 @@ def read(
         for body, kind in missing.items():
             people = max_people if kind == FUSED else 1
             chosen = replace(fusion, subject=body, max_people=people)
-            show = task(f"computing {body}")
+            show = add_share(progress, f"computing {body}")
             try:
                 computed, left_out = compute_bodies(bag, kind, chosen, extrinsics, show)
             except PoseError as error:

@@ -52,8 +52,8 @@ def svg_plot(
         y_label: Label of the vertical axis, with its unit.
         y_range: Limits of the vertical axis.
     """
-    across = partial(np.interp, xp=(x[0], x[-1]), fp=(LEFT, WIDTH - RIGHT))
-    down = partial(np.interp, xp=y_range, fp=(HEIGHT - BOTTOM, TOP))
+    across: Callable[..., Any] = partial(np.interp, xp=(x[0], x[-1]), fp=(LEFT, WIDTH - RIGHT))
+    down: Callable[..., Any] = partial(np.interp, xp=y_range, fp=(HEIGHT - BOTTOM, TOP))
     parts = [
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" style="display:block;width:100%" '
         'font-family="sans-serif" font-size="9.5">'
@@ -186,24 +186,16 @@ class PlotPanel:
         for chosen, plot in self._plots:
             joint = self._robot_joints.get(chosen.value)
             if joint is None:
-                rows = [
-                    on_grid(track.times_s, curve(chosen.value, track), grid, GAP_S)
-                    for track in tracks
-                ]
+                curves = ((track.times_s, curve(chosen.value, track)) for track in tracks)
+                rows = [on_grid(times_s, values, grid, GAP_S) for times_s, values in curves]
                 colors = [place.line for place in self._places]
             elif robot is None:
                 continue
             else:
                 rows = [_joint_row(joint, track, grid) for track in robot]
                 colors = [ASKED_LINE, ROBOT_LINE]
-            plot.content = svg_plot(
-                grid - zero_s,
-                rows,
-                colors,
-                x_label=self._time_label,
-                y_label="angle [°]",
-                y_range=_range(rows),
-            )
+            labels = {"x_label": self._time_label, "y_label": "angle [°]"}
+            plot.content = svg_plot(grid - zero_s, rows, colors, y_range=_range(rows), **labels)
 
     def _add(self, server: LocalServer, title: str) -> tuple[Any, Any]:
         chosen = server.gui.add_dropdown("Angle", self._titles, initial_value=title)

@@ -165,11 +165,8 @@ def source_figure(analysis: Analysis, method: str) -> FigureSet:
             axes.axhline(edge, color="white", linewidth=1.0)
         axes.set(xlabel="time [s]", xlim=(0.0, analysis.recording.duration_s))
         drawing = picture(figure, "", f"sources of {method_label(method)} over time")
-    return FigureSet(
-        caption=f"Source of each degree of freedom: {method_label(method)}",
-        pictures=[drawing],
-        is_wide=True,
-    )
+    caption = f"Source of each degree of freedom: {method_label(method)}"
+    return FigureSet(caption=caption, pictures=[drawing], is_wide=True)
 
 
 def _strip(estimates: EstimateSeries, begin_ns: int) -> tuple[float, float, np.ndarray]:

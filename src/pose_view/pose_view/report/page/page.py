@@ -138,8 +138,8 @@ def render_page(analysis: Analysis, joint: str) -> str:
     )
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figures"] = lambda block: isinstance(block, FigureSet)
-    parts = sections(analysis, joint)
-    return environment.get_template("report.html.jinja").render(
+    parts, template = sections(analysis, joint), environment.get_template("report.html.jinja")
+    return template.render(
         title=f"Report: {analysis.recording.name}",
         is_synthetic=analysis.is_synthetic,
         verdict=verdict(analysis),

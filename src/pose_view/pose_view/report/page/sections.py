@@ -9,32 +9,9 @@ from pose_evaluation.gait_cycles import Cycles
 from pose_evaluation.table import Table
 from pose_evaluation.tables import method_label, readable, stability_table, view_tables
 from pose_view.report.analysis import REFERENCE, Analysis
-from pose_view.report.figures.agreement import (
-    SOURCE_COLOURS,
-    bland_altman_figures,
-    source_figure,
-    uncertainty_figures,
-)
+from pose_view.report.figures import agreement, courses
 from pose_view.report.figures.canvas import FigureSet
-from pose_view.report.figures.courses import (
-    ROLE_COLOURS,
-    angle_figures,
-    attitude_figures,
-    attitude_sources,
-    bone_figures,
-    cycle_figures,
-    joint_figures,
-)
-from pose_view.report.tables.accuracy import accuracy_tables, coverage_table, overview_table
-from pose_view.report.tables.motion import cycle_table, peak_table, range_table, symmetry_table
-from pose_view.report.tables.stability import (
-    SOURCE_NAMES,
-    bone_table,
-    jerk_table,
-    method_table,
-    source_table,
-    timing_table,
-)
+from pose_view.report.tables import accuracy, motion, stability
 
 Block = Table | FigureSet | str
 """A table, figures, or a paragraph."""
@@ -56,7 +33,7 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
     parts = (  # anchor, title, content, whether methods can be hidden
         ("accuracy", "Accuracy", _accuracy(analysis), False),
         ("agreement", "Agreement", _agreement(analysis), False),
-        ("angles", "Angles over time", [angle_figures(analysis)], True),
+        ("angles", "Angles over time", [courses.angle_figures(analysis)], True),
         ("bland-altman", "Bland–Altman plots", _bland_altman(analysis), False),
         ("motion", "Range of motion and symmetry", _motion(analysis), False),
         ("cycles", "Cycles", _cycles(analysis), True),
@@ -83,35 +60,35 @@ def without_empty(parts: Iterable[Section]) -> list[Section]:
 
 def _accuracy(analysis: Analysis) -> Iterator[Block]:
     if analysis.compared is not None:
-        yield overview_table(analysis.compared.evaluation)
-        yield from accuracy_tables(analysis.compared.evaluation)
+        yield accuracy.overview_table(analysis.compared.evaluation)
+        yield from accuracy.accuracy_tables(analysis.compared.evaluation)
 
 
 def _agreement(analysis: Analysis) -> Iterator[Block]:
     yield from view_tables(analysis.agreement)
-    yield method_table(analysis.angles)
+    yield stability.method_table(analysis.angles)
 
 
 def _bland_altman(analysis: Analysis) -> Iterator[Block]:
     compared = analysis.compared
     if compared is not None and analysis.recording.focus not in compared.left_out:
-        yield bland_altman_figures(analysis, compared)
+        yield agreement.bland_altman_figures(analysis, compared)
 
 
 def _motion(analysis: Analysis) -> Iterator[Block]:
     of = REFERENCE if analysis.compared is not None else analysis.recording.focus
-    yield range_table(analysis.ranges)
+    yield motion.range_table(analysis.ranges)
     for name in dict.fromkeys([of, analysis.recording.focus]):
-        yield peak_table(name, analysis.ranges[name])
-        yield symmetry_table(name, analysis.ranges[name])
+        yield motion.peak_table(name, analysis.ranges[name])
+        yield motion.symmetry_table(name, analysis.ranges[name])
 
 
 def _cycles(analysis: Analysis) -> Iterator[Block]:
     for side, cycles in analysis.cycles.items():
         methods = tuple(name for name in analysis.angles if analysis.curves[side].get(name))
         yield _cycles_text(cycles, analysis.cycles_of)
-        yield cycle_figures(analysis, side)
-        yield cycle_table(side, analysis.curves[side], methods)
+        yield courses.cycle_figures(analysis, side)
+        yield motion.cycle_table(side, analysis.curves[side], methods)
     if not analysis.cycles:
         yield "No movement was found that repeats at least three times with like length and course."
 
@@ -131,19 +108,22 @@ def _uncertainty(analysis: Analysis) -> Iterator[Block]:
     line = ""
     if analysis.compared is not None:
         line = "; black line: the reference"
-        table = coverage_table(analysis.compared.coverage)
+        table = accuracy.coverage_table(analysis.compared.coverage)
         if table is not None:
             yield table
     yield f"Dark band: 1 σ, light band: 2 σ{line}."
-    yield uncertainty_figures(analysis, _account_of(analysis))
+    yield agreement.uncertainty_figures(analysis, _account_of(analysis))
 
 
 def _sources(analysis: Analysis) -> Iterator[Block]:
     if analysis.recording.estimates:
         method = _account_of(analysis)
-        yield _key((name, SOURCE_COLOURS[source]) for source, name in SOURCE_NAMES.items())
-        yield source_figure(analysis, method)
-        yield source_table(method, analysis.recording.estimates[method])
+        yield _key(
+            (name, agreement.SOURCE_COLOURS[source])
+            for source, name in stability.SOURCE_NAMES.items()
+        )
+        yield agreement.source_figure(analysis, method)
+        yield stability.source_table(method, analysis.recording.estimates[method])
 
 
 def _key(entries: Iterable[tuple[str, str]]) -> Markup:
@@ -159,8 +139,10 @@ def _account_of(analysis: Analysis) -> str:
 
 
 def _attitudes(analysis: Analysis) -> Iterator[Block]:
-    roles = attitude_sources(analysis)
-    key = _key((f"{role} ({method_label(n)})", ROLE_COLOURS[role]) for role, n in roles.items())
+    roles = courses.attitude_sources(analysis)
+    key = _key(
+        (f"{role} ({method_label(n)})", courses.ROLE_COLOURS[role]) for role, n in roles.items()
+    )
     text = key + (
         f"{'; black: the reference' if analysis.compared is not None else ''}. Pitch is the "
         "limb's direction above the horizontal (−90°: it hangs down), yaw its heading in map; "
@@ -170,20 +152,20 @@ def _attitudes(analysis: Analysis) -> Iterator[Block]:
         text += " There is no result of the IMUs alone in this recording."
     yield text
     if roles:
-        yield attitude_figures(analysis)
+        yield courses.attitude_figures(analysis)
 
 
 def _joint(analysis: Analysis, joint: str) -> Iterator[Block]:
     if analysis.compared is not None and analysis.compared.joints is not None:
         focus = method_label(analysis.recording.focus)
         yield f"All in map; the reference is moved by one rotation and translation onto {focus}."
-    yield joint_figures(analysis, joint)
+    yield courses.joint_figures(analysis, joint)
 
 
 def _stability(analysis: Analysis) -> Iterator[Block]:
     yield stability_table(analysis.stability)
     if analysis.recording.estimates:
-        yield timing_table(analysis.recording.estimates)
-    yield bone_figures(analysis)
-    yield bone_table(analysis.stability)
-    yield jerk_table(analysis.stability)
+        yield stability.timing_table(analysis.recording.estimates)
+    yield courses.bone_figures(analysis)
+    yield stability.bone_table(analysis.stability)
+    yield stability.jerk_table(analysis.stability)

@@ -22,18 +22,12 @@ SOURCE_NAMES = {
 def method_table(angles: Mapping[str, AngleSeries]) -> Table:
     """Differences between the methods and the reference."""
     differences = angle_differences_deg(angles)
+    rows = {one: [differences.get((one, two), np.nan) for two in angles] for one in angles}
     return Table(
         caption="Difference of the methods: RMS, mean of the angles [deg]",
         head="method",
         columns=[method_label(name) for name in angles],
-        rows=[
-            number_row(
-                method_label(first),
-                [differences.get((first, second), np.nan) for second in angles],
-                1,
-            )
-            for first in angles
-        ],
+        rows=[number_row(method_label(name), values, 1) for name, values in rows.items()],
         note="Each pair over its common time and the angles that both have; no lag is removed.",
     )
 
@@ -52,18 +46,15 @@ def jerk_table(stability: Mapping[str, MethodStability]) -> Table:
 
 def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
     """Latency of each method."""
+    latencies_ms = {
+        name: (1000.0 * np.percentile(each.latency_s, [50, 99, 100])).tolist()
+        for name, each in estimates.items()
+    }
     return Table(
         caption="Latency: from the newest sample's capture to the result [ms]",
         head="method",
         columns=("median", "99 %", "longest"),
-        rows=[
-            number_row(
-                method_label(name),
-                [1000.0 * float(q) for q in np.percentile(each.latency_s, [50, 99, 100])],
-                0,
-            )
-            for name, each in estimates.items()
-        ],
+        rows=[number_row(method_label(name), values, 0) for name, values in latencies_ms.items()],
         note="fused: measured by the live node, including computation. All others were run on the "
         "recording: time waiting for samples, without computation.",
     )
