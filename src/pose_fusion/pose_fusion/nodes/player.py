@@ -25,7 +25,7 @@ from pose_core.parameters import add_arguments
 from pose_core.stamps import NS_PER_S
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.services import offer_trigger
-from pose_fusion.recording.player_parameters import PlayerParameters
+from pose_fusion.recording.parameters import PlayerParameters
 from pose_io.bags import BagMessage, open_bag
 from pose_io.playback import PlaybackClock, Playlist
 from pose_node.conversions import ns_to_stamp

@@ -21,7 +21,7 @@ from pose_fusion.nodes.inbox import MessageQueue, NotWoken, ignore_message
 from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.continued import ContinuedRecording
 from pose_fusion.recording.growing_bag import dated_path, was_cut_short
-from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_fusion.recording.parameters import RecorderParameters
 from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import overrides_of
 from pose_node.nodes.managed import ManagedNode

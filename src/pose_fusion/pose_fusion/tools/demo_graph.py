@@ -29,7 +29,8 @@ PLAIN_LINE_S = 10.0  # [s] between lines without a terminal
 FIRST_DOMAIN, DOMAINS = 1, 100  # beside 0, where graphs are that set none
 
 Prepare = Callable[[float], tuple[int, dict[str, str]]]
-"""Function of a lead [s] that returns the input's start [ns] and the launch file's arguments."""
+"""Function of a lead [s] that returns the input's start [ns] and the launch file's arguments,
+but for the start and the recorded bag."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,10 +10,9 @@ straight.
 from collections.abc import Sequence
 
 from pose_core.joints import SIDES
-from pose_view.body.measures import BodyMeasures
+from pose_view.body.measures import LIMBS, BodyMeasures
 from pose_view.mesh import Mesh, ellipsoid, joined, loft, moved, scaled
 
-LIMBS = ("upper_arm", "forearm", "thigh", "shank")
 PARTS: tuple[str, ...] = (
     *("pelvis", "thorax", "head"),
     *(f"{side}_{limb}" for side in SIDES for limb in LIMBS),

@@ -115,10 +115,14 @@ class PlotPanel:
         self._time_label = time_label
         self._titles = titles()
         self._robot_joints: dict[str, str] = {}  # by title
-        panel = server.gui.add_panel()
+        gui = server.gui
+        panel = gui.add_panel()
         with panel.add_tab("Angles"):
-            self.legend = server.gui.add_html("")
-            self._plots = [self._add(server, title) for title in DEFAULTS]
+            self.legend = gui.add_html("")
+            self._plots = [
+                (gui.add_dropdown("Angle", self._titles, initial_value=title), gui.add_html(""))
+                for title in DEFAULTS
+            ]
         panel.dock_right()
         panel.set_width(WIDTH)
         self._write_legend()
@@ -196,10 +200,6 @@ class PlotPanel:
                 colors = [ASKED_LINE, ROBOT_LINE]
             labels = {"x_label": self._time_label, "y_label": "angle [°]"}
             plot.content = svg_plot(grid - zero_s, rows, colors, y_range=_range(rows), **labels)
-
-    def _add(self, server: LocalServer, title: str) -> tuple[Any, Any]:
-        chosen = server.gui.add_dropdown("Angle", self._titles, initial_value=title)
-        return chosen, server.gui.add_html("")
 
 
 def _joint_row(joint: str, track: JointTrack, grid: FloatArray) -> FloatArray:
