@@ -148,7 +148,7 @@ class GraphListener(Node):
     def _other_nodes(self) -> tuple[str, ...]:
         own = self.get_fully_qualified_name()
         nodes = self.get_node_names_and_namespaces()
-        names = {f"{namespace.rstrip('/')}/{name}" for name, namespace in nodes if name[0] != "_"}
+        names = {f"{namespace.rstrip('/')}/{name}" for name, namespace in nodes if name[:1] != "_"}
         return tuple(sorted(names - {own}))
 
 
