@@ -54,13 +54,9 @@ def missing_bodies(recorded: Recorded, bodies: tuple[str, ...], bag: BagReader) 
     kinds = {FUSED} if is_raw else set()
     # Without IMUs, the cameras alone are the same as the fusion.
     kinds |= {"kinect", "imu"} if has_imus else set() if is_raw else {"kinect"}
-    found = {}
-    for body in bodies:
-        ending = body.rpartition("_")[2]
-        kind = ending if ending in SETTINGS else FUSED
-        if body not in recorded.bodies and kind in kinds:
-            found[body] = kind
-    return found
+    endings = {body: body.rpartition("_")[2] for body in bodies if body not in recorded.bodies}
+    found = {body: end if end in SETTINGS else FUSED for body, end in endings.items()}
+    return {body: kind for body, kind in found.items() if kind in kinds}
 
 
 def compute_bodies(

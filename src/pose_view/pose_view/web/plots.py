@@ -119,7 +119,7 @@ class PlotPanel:
         panel = gui.add_panel()
         with panel.add_tab("Angles"):
             self.legend = gui.add_html("")
-            self._plots = [
+            self._plots: list[tuple[Any, Any]] = [
                 (gui.add_dropdown("Angle", self._titles, initial_value=title), gui.add_html(""))
                 for title in DEFAULTS
             ]

@@ -118,10 +118,7 @@ def _uncertainty(analysis: Analysis) -> Iterator[Block]:
 def _sources(analysis: Analysis) -> Iterator[Block]:
     if analysis.recording.estimates:
         method = _account_of(analysis)
-        yield _key(
-            (name, agreement.SOURCE_COLOURS[source])
-            for source, name in stability.SOURCE_NAMES.items()
-        )
+        yield _key(stability.SOURCES.values())
         yield agreement.source_figure(analysis, method)
         yield stability.source_table(method, analysis.recording.estimates[method])
 

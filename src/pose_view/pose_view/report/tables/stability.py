@@ -11,12 +11,13 @@ from pose_evaluation.table import Table, number_row
 from pose_evaluation.tables import method_label, readable
 from pose_view.report.tables.by_part import part_table
 
-SOURCE_NAMES = {
-    Source.KINECT: "Kinect",
-    Source.FUSED: "Kinect and IMU",
-    Source.IMU: "IMU",
-    Source.PREDICTED: "predicted",
+SOURCES = {
+    Source.KINECT: ("Kinect", "#56B4E9"),
+    Source.FUSED: ("Kinect and IMU", "#D55E00"),
+    Source.IMU: ("IMU", "#117733"),
+    Source.PREDICTED: ("predicted", "#bbbbbb"),
 }
+"""Name and colour of each source."""
 
 
 def method_table(angles: Mapping[str, AngleSeries]) -> Table:
@@ -62,17 +63,15 @@ def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
 
 def source_table(name: str, estimates: EstimateSeries) -> Table:
     """Share of the time in which each degree of freedom came from each source."""
-    rows = []
-    for index, dof in enumerate(estimates.names):
-        states = estimates.source[:, index]
-        shares = [100.0 * float(np.mean(states == source)) for source in SOURCE_NAMES]
-        rows.append(number_row(readable(dof), shares, 0))
-    whole = [100.0 * float(np.mean(estimates.source == source)) for source in SOURCE_NAMES]
+    is_from = estimates.source == np.array(list(SOURCES))[:, None, None]
+    shares = (100.0 * is_from.mean(axis=1).T).tolist()
+    whole = (100.0 * is_from.mean(axis=(1, 2))).tolist()
+    rows = [number_row(readable(d), s, 0) for d, s in zip(estimates.names, shares, strict=True)]
     rows.append(number_row("all", whole, 1, is_summary=True))
     return Table(
         caption=f"Source of each degree of freedom: {method_label(name)} [% of its instants]",
         head="degree of freedom",
-        columns=tuple(SOURCE_NAMES.values()),
+        columns=tuple(name for name, _ in SOURCES.values()),
         rows=rows,
     )
 
