@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Point, Quaternion, Transform, TransformStamped, Vector3
+from geometry_msgs.msg import Point, TransformStamped
 from pose_msgs.msg import PoseEstimate, Skeleton
 from rosbags.typesys.store import Typestore
 from sensor_msgs.msg import JointState, TimeReference
@@ -26,7 +26,7 @@ from pose_core.api import (
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.rotations import quaternion
 from pose_io.names import BODIES, WORLD_FRAME, sensor_frame
-from pose_node.conversions import ns_to_stamp, to_header
+from pose_node.conversions import ns_to_stamp, to_header, to_transform
 
 BONE_WIDTH = 0.03  # [m]
 MARKER_LIFETIME_S = 1  # [s] after which RViz removes a body that is published no more
@@ -138,32 +138,19 @@ def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
     (places,) = frames.places(*instant).tolist()
     in_map, in_body = (to_header(estimate.stamp_ns, f) for f in (WORLD_FRAME, frames.names[0]))
     transforms = [
-        TransformStamped(
-            header=in_body if index else in_map, child_frame_id=frame, transform=_transform(*place)
-        )
+        to_transform(in_body if index else in_map, frame, place)
         for index, (frame, place) in enumerate(zip(frames.names, places, strict=True))
     ]
     return TFMessage(transforms=transforms)
 
 
-def _transform(
-    x: float, y: float, z: float, qx: float, qy: float, qz: float, qw: float
-) -> Transform:
-    return Transform(
-        translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)
-    )
-
-
 def to_markers(estimate: BodyEstimate, model: BodyModel, body_id: str) -> MarkerArray:
     """Bones as lines and joints as balls, coloured by tracking state."""
-    bones = Marker(
-        header=to_header(estimate.stamp_ns, WORLD_FRAME), ns=body_id, id=0, type=Marker.LINE_LIST
-    )
+    header = to_header(estimate.stamp_ns, WORLD_FRAME)
+    bones = Marker(header=header, ns=body_id, id=0, type=Marker.LINE_LIST)
     bones.scale.x = BONE_WIDTH
     bones.color = ColorRGBA(r=0.8, g=0.8, b=0.8, a=1.0)
-    balls = Marker(
-        header=to_header(estimate.stamp_ns, WORLD_FRAME), ns=body_id, id=1, type=Marker.SPHERE_LIST
-    )
+    balls = Marker(header=header, ns=body_id, id=1, type=Marker.SPHERE_LIST)
     balls.scale.x = balls.scale.y = balls.scale.z = JOINT_DIAMETER
     bones.pose.orientation.w = balls.pose.orientation.w = 1.0
     bones.lifetime.sec = balls.lifetime.sec = MARKER_LIFETIME_S
@@ -220,13 +207,7 @@ def _sensor_transforms(
     for sensor, T in T_parent_sensor.items():
         turn = np.empty(4)
         quaternion(np.ascontiguousarray(T[:3, :3], float), turn)
-        transforms.append(
-            TransformStamped(
-                header=header,
-                child_frame_id=sensor_frame(sensor),
-                transform=_transform(*T[:3, 3].tolist(), *turn.tolist()),
-            )
-        )
+        transforms.append(to_transform(header, sensor_frame(sensor), (*T[:3, 3], *turn)))
     return transforms
 
 

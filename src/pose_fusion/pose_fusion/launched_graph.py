@@ -26,11 +26,8 @@ class DiagnosticsReader:
     def __init__(self) -> None:
         self.nodes: dict[str, NodeStatus] = {}
         self.is_ready = threading.Event()
-        self._process = start(
-            [sys.executable, "-m", "pose_fusion.nodes.monitor"],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-        )
+        command = [sys.executable, "-m", "pose_fusion.nodes.monitor"]
+        self._process = start(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 

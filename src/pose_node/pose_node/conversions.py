@@ -1,7 +1,10 @@
-"""Between messages and values: stamps and nodes' reports."""
+"""Between messages and values: stamps, transforms and nodes' reports."""
+
+from collections.abc import Iterable
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 from pose_core.stamps import NS_PER_S
@@ -17,6 +20,14 @@ def ns_to_stamp(stamp_ns: int) -> Time:
 def to_header(stamp_ns: int, frame_id: str = "") -> Header:
     """A message's header."""
     return Header(stamp=ns_to_stamp(stamp_ns), frame_id=frame_id)
+
+
+def to_transform(header: Header, child: str, place: Iterable[float]) -> TransformStamped:
+    """A frame's transform, from x, y, z [m] and the quaternion x, y, z, w."""
+    x, y, z, qx, qy, qz, qw = map(float, place)
+    turn = Quaternion(x=qx, y=qy, z=qz, w=qw)
+    transform = Transform(translation=Vector3(x=x, y=y, z=z), rotation=turn)
+    return TransformStamped(header=header, child_frame_id=child, transform=transform)
 
 
 def to_node_status(status: DiagnosticStatus, received_ns: int) -> NodeStatus:

@@ -12,11 +12,10 @@ import sys
 import time
 import uuid
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures import as_completed as threads_completed
+from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.progress import Progress
@@ -146,21 +145,14 @@ def run_jobs(jobs: Sequence[Job], workers: int, dask: str | None = None) -> Iter
     Raises:
         PoseError: If Dask is wanted and is not installed, or no scheduler answers.
     """
-    if dask is None:
-        with ThreadPoolExecutor(max(workers, 1)) as pool:
-            for done in threads_completed([pool.submit(run_job, job) for job in jobs]):
-                yield done.result()
-        return
-    client, completed = _dask_client(dask)
-    with client:
-        # If a worker crashes, the scheduler gives its jobs to another.
-        futures = {client.submit(run_job, job, pure=False, retries=2): job for job in jobs}
-        for future in completed(futures):
-            if future.status == "finished":
+    with ThreadPoolExecutor(max(workers, 1)) if dask is None else _dask_executor(dask) as pool:
+        futures = {pool.submit(run_job, job): job for job in jobs}
+        for future in as_completed(futures):
+            error = future.exception()
+            if error is None:
                 yield future.result()
             else:
-                message = one_line(future.exception())
-                yield JobResult(job=futures[future], state="failed", message=message)
+                yield JobResult(job=futures[future], state="failed", message=one_line(error))
 
 
 def run_job(job: Job) -> JobResult:
@@ -220,15 +212,19 @@ def _command(given: Sequence[str], source: Path, target: Path, recording: Path) 
             yield OUTPUT if Path(word) == target else word
 
 
-def _dask_client(address: str) -> tuple[Any, Any]:
+@contextmanager
+def _dask_executor(address: str) -> Iterator[Executor]:
     try:
-        from distributed import Client, as_completed
+        from distributed import Client
     except ImportError as error:
         raise PoseError(f"--dask needs Dask, which is not installed: {INSTALL_DASK}") from error
     try:
-        return Client(address, timeout="10s"), as_completed
+        client = Client(address, timeout="10s")
     except (OSError, ValueError) as error:
         raise InputError(
             f"no Dask scheduler answers at {address}: {one_line(error)}; start one with "
             "'dask scheduler', and 'dask worker' where ./pose build has been run"
         ) from error
+    with client:
+        # If a worker crashes, the scheduler gives its jobs to another.
+        yield client.get_executor(pure=False, retries=2)

@@ -1,7 +1,7 @@
 """Consoles for tables and progress, on a terminal or in a file."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -21,6 +21,12 @@ def progress_bar(console: Console, *more: ProgressColumn) -> Progress:
     return Progress(
         *columns, *more, console=console, transient=True, disable=not console.is_terminal
     )
+
+
+def add_share(progress: Progress, what: str) -> Callable[[float], None]:
+    """Add a task to a progress; returns the function that shows its share done, 0 to 1."""
+    task = progress.add_task(what, total=1.0)
+    return lambda share: progress.update(task, completed=share)
 
 
 @contextmanager

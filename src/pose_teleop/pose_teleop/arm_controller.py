@@ -109,9 +109,7 @@ class ArmController:
     def _command(self) -> ArmCommand:
         """The current motion, and the stopping trajectory from it."""
         motions = [self.limiter.motion, *self.limiter.way_to_stop(STOP_STEP_S)]
-        times_s = np.array(
-            [1.0 / self._parameters.rate + STOP_STEP_S * i for i in range(len(motions))]
-        )
+        times_s = 1.0 / self._parameters.rate + STOP_STEP_S * np.arange(len(motions), dtype=float)
         return ArmCommand(stamp_ns=self.monitor.stamp_ns, times_s=times_s, motions=tuple(motions))
 
     def _fault(self, now: Now) -> ArmFault | None:

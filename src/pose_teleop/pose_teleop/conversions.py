@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion
 from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA, Header
@@ -91,19 +91,6 @@ def fill_named_poses(
     message.pose = [to_pose(p, q) for p, q in zip(poses.position, poses.xyzw, strict=True)]
     message.is_valid = list(poses.is_valid)
     return message
-
-
-def transform(
-    parent: str, child: str, position: FloatArray, xyzw: FloatArray, stamp_ns: int
-) -> TransformStamped:
-    """Create a transform."""
-    x, y, z = map(float, position)
-    turn = to_pose(position, xyzw).orientation
-    return TransformStamped(
-        header=to_header(stamp_ns, parent),
-        child_frame_id=child,
-        transform=Transform(translation=Vector3(x=x, y=y, z=z), rotation=turn),
-    )
 
 
 def to_robot_markers(meshes: Sequence[tuple[str, FloatArray, Any]], root: str) -> MarkerArray:

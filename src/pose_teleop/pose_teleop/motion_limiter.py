@@ -164,9 +164,5 @@ def _turning_point(motion: MotionState, jerk: FloatArray) -> FloatArray:
 
 
 def _at(trajectory: Any, time_s: float) -> MotionState:
-    position, velocity, acceleration = trajectory.at_time(time_s)
-    return MotionState(
-        position=np.array(position),
-        velocity=np.array(velocity),
-        acceleration=np.array(acceleration),
-    )
+    position, velocity, acceleration = map(np.array, trajectory.at_time(time_s))
+    return MotionState(position=position, velocity=velocity, acceleration=acceleration)

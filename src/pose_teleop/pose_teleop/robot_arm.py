@@ -114,16 +114,13 @@ class RobotArm:
         turned = Rotation.from_euler("z", yaw) * Rotation.from_euler("xyz", self.file.mount)
         return np.asarray(turned.as_quat())
 
-    def links(self, q: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Position [m] and quaternion (x, y, z, w) of every link in the root, at angles (n,)."""
+    def links(self, q: FloatArray) -> dict[str, FloatArray]:
+        """Position [m] and quaternion (x, y, z, w), (7,), of links in the root, at angles (n,)."""
         whole, pin = self.whole, self._pin
         data = whole.createData()
         pin.framesForwardKinematics(whole, data, self._posture(whole, q))
         return {
-            frame.name: (
-                data.oMf[i].translation.copy(),
-                pin.Quaternion(data.oMf[i].rotation).coeffs(),
-            )
+            frame.name: pin.SE3ToXYZQUAT(data.oMf[i])
             for i, frame in enumerate(whole.frames)
             if frame.type == pin.FrameType.BODY
         }

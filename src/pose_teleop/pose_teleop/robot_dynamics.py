@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from pose_core.api import FloatArray
 from pose_teleop.extras import require
@@ -55,17 +56,17 @@ class SimulatedArm:
         self._assumed_data = self._assumed.createData()
         self.position, self.velocity = arm.rest.copy(), np.zeros(len(arm.rest))
         self._reference = arm.rest.copy(), np.zeros(len(arm.rest))
-        self._points: TrajectoryPoints | None = None
+        self._trajectory: CubicHermiteSpline | None = None
         self._begun_s = 0.0
         self._time_s = 0.0
 
     def command(self, points: TrajectoryPoints) -> None:
         """Replace the current trajectory."""
         position, velocity = self._reference
-        self._points = TrajectoryPoints(
-            times_s=np.concatenate([[0.0], points.times_s]),
-            position=np.vstack([position, points.position]),
-            velocity=np.vstack([velocity, points.velocity]),
+        self._trajectory = CubicHermiteSpline(
+            np.concatenate([[0.0], points.times_s]),
+            np.vstack([position, points.position]),
+            np.vstack([velocity, points.velocity]),
         )
         self._begun_s = self._time_s
 
@@ -86,9 +87,8 @@ class SimulatedArm:
         self._reference = wanted, rate
         top = FEED_FORWARD * self._arm.file.max_acceleration
         acceleration = np.clip((rate - rate_before) / self._step_s, -top, top)
-        wished = (
-            acceleration + STIFFNESS * (wanted - self.position) + DAMPING * (rate - self.velocity)
-        )
+        wished = acceleration + STIFFNESS * (wanted - self.position)
+        wished = wished + DAMPING * (rate - self.velocity)
         # The drives limit the joints' velocity.
         room = np.stack([-fastest - self.velocity, fastest - self.velocity]) / self._step_s
         wished = np.clip(wished, *room)
@@ -120,18 +120,10 @@ class SimulatedArm:
 
     def _referred(self) -> tuple[FloatArray, FloatArray]:
         """Current position and velocity of the trajectory, cubic between its points."""
-        points = self._points
-        if points is None:
-            return self._reference[0], np.zeros_like(self._reference[1])
-        t = self._time_s - self._begun_s
-        last = len(points.times_s) - 1
-        if t >= points.times_s[last]:
-            return points.position[last], np.zeros(points.position.shape[1])
-        i = int(np.searchsorted(points.times_s, t, side="right")) - 1
-        h = points.times_s[i + 1] - points.times_s[i]
-        s = (t - points.times_s[i]) / h
-        (p0, p1), (v0, v1) = points.position[i : i + 2], points.velocity[i : i + 2]
-        d = p1 - p0
-        a, b = 3.0 * d - h * (2.0 * v0 + v1), -2.0 * d + h * (v0 + v1)
-        position = p0 + s * (h * v0 + s * (a + s * b))
-        return position, v0 + s * (2.0 * a + 3.0 * s * b) / h
+        position = self._reference[0]
+        if self._trajectory is None:
+            return position, np.zeros_like(position)
+        t, end = self._time_s - self._begun_s, self._trajectory.x[-1]
+        if t >= end:
+            return self._trajectory(end), np.zeros_like(position)
+        return self._trajectory(t), self._trajectory(t, 1)

@@ -1,14 +1,20 @@
 """Meshes of a robot's collision shapes, simplified for display."""
 
+from itertools import product
 from typing import Any
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from pose_core.api import FloatArray
 from pose_teleop.extras import require, share_folders
 from pose_teleop.robot_arm import RobotArm
 
 Faces = Any  # (m, 3) integers
+TURN = 2.0 * np.pi * np.arange(16) / 16.0
+BOX = np.array([*product((-1.0, 1.0), repeat=3)])
+PRISM = np.array([(np.cos(a), np.sin(a), z) for z in (-1.0, 1.0) for a in TURN])
+"""Corners of a box and of a prism with 16 sides, of half-length one."""
 
 
 def link_meshes(arm: RobotArm, cell_m: float) -> list[tuple[str, FloatArray, Faces]]:
@@ -52,33 +58,18 @@ def _mesh(geometry: Any) -> tuple[FloatArray, Faces] | None:
         triangles = (geometry.tri_indices(i) for i in range(geometry.num_tris))
         return np.array(geometry.vertices()), np.array([[t[0], t[1], t[2]] for t in triangles])
     if hasattr(geometry, "halfSide"):
-        return _box(np.asarray(geometry.halfSide).ravel())
+        return _hull(BOX * np.asarray(geometry.halfSide).ravel())
     if hasattr(geometry, "halfLength"):
-        return _prism(float(geometry.radius), float(geometry.halfLength))
+        return _hull(PRISM * [geometry.radius, geometry.radius, geometry.halfLength])
     if hasattr(geometry, "radius"):
-        return _box(np.full(3, float(geometry.radius) / np.sqrt(3.0)))
+        return _hull(BOX * (geometry.radius / np.sqrt(3.0)))
     return None
 
 
-def _box(half: FloatArray) -> tuple[FloatArray, Faces]:
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
-    return signs * half, np.array(faces)
-
-
-def _prism(radius: float, half_length: float, sides: int = 16) -> tuple[FloatArray, Faces]:
-    turn = 2.0 * np.pi * np.arange(sides) / sides
-    ring = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros(sides)], axis=1)
-    ends = np.array([[0.0, 0.0, -half_length], [0.0, 0.0, half_length]])
-    vertices = np.vstack([ring + ends[0], ring + ends[1], ends])
-    i = np.arange(sides)
-    j = (i + 1) % sides
-    low, high = np.full(sides, 2 * sides), np.full(sides, 2 * sides + 1)
-    faces = [
-        (i, j, j + sides),
-        (i, j + sides, i + sides),
-        (low, j, i),
-        (high, i + sides, j + sides),
-    ]
-    return vertices, np.concatenate([np.stack(each, axis=1) for each in faces])
+def _hull(vertices: FloatArray) -> tuple[FloatArray, Faces]:
+    """Triangles of a convex body, counterclockwise seen from outside."""
+    hull = ConvexHull(vertices)
+    a, b, c = np.moveaxis(vertices[hull.simplices], 1, 0)
+    is_inward = np.sum(np.cross(b - a, c - a) * hull.equations[:, :3], axis=1) < 0.0
+    faces = np.where(is_inward[:, None], hull.simplices[:, ::-1], hull.simplices)
+    return vertices, faces

@@ -12,13 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.api import (
-    ANGLES,
-    ROOT_DOF,
-    FloatArray,
-    joint_angles,
-    without_sideways_flexion,
-)
+from pose_core.api import ANGLES, ROOT_DOF, FloatArray, joint_angles, without_sideways_flexion
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.limb_attitude import (
     LIMBS,

@@ -146,21 +146,15 @@ class LiveGraph:
 
     def snapshot(self, now_ns: int) -> Snapshot:
         """The current snapshot."""
-        latest = {
-            body: track[-1]
-            for body, track in self._tracks.items()
-            if track and not self._is_silent(body, now_ns)
-        }
+        tracks, raw = self._tracks.items(), self._raw.items()
         fusion = self._reports.get("fusion")
         aligned = fusion.values.get(IMUS_ALIGNED, "none") if fusion is not None else "none"
         return Snapshot(
-            bodies=latest,
-            sensors=self._sensors,
-            raw={
-                sensor: skeletons
-                for sensor, (received_ns, skeletons) in self._raw.items()
-                if now_ns - received_ns < HOLD_S * NS_PER_S
+            bodies={
+                b: track[-1] for b, track in tracks if track and not self._is_silent(b, now_ns)
             },
+            sensors=self._sensors,
+            raw={s: seen for s, (at_ns, seen) in raw if now_ns - at_ns < HOLD_S * NS_PER_S},
             imus=() if aligned == "none" else tuple(aligned.split(", ")),
             robot=self._robot,
         )

@@ -66,12 +66,9 @@ def moved(mesh: Mesh, offset: Sequence[float]) -> Mesh:
 def joined(meshes: Sequence[Mesh]) -> Mesh:
     """Several meshes as one."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    return Mesh(
-        vertices=np.concatenate([mesh.vertices for mesh in meshes]),
-        faces=np.concatenate(
-            [mesh.faces + np.uint32(start) for mesh, start in zip(meshes, starts, strict=True)]
-        ),
-    )
+    vertices = np.concatenate([mesh.vertices for mesh in meshes])
+    faces = [mesh.faces + np.uint32(start) for mesh, start in zip(meshes, starts, strict=True)]
+    return Mesh(vertices=vertices, faces=np.concatenate(faces))
 
 
 def _cap(section: FloatArray, height: float) -> FloatArray:

@@ -40,12 +40,9 @@ def body_snapshot(
     for name, point in zip(message.name, message.position, strict=True):
         if name in JOINT_INDEX:
             joints[JOINT_INDEX[name]] = point.x, point.y, point.z
+    stamp_ns, state = sample.stamp_ns, sample.tracking_state
     return BodySnapshot(
-        stamp_ns=sample.stamp_ns,
-        joints=joints,
-        tracking_state=sample.tracking_state,
-        dof=dof,
-        rotations=rotations or {},
+        stamp_ns=stamp_ns, joints=joints, tracking_state=state, dof=dof, rotations=rotations or {}
     )
 
 

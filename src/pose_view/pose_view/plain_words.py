@@ -1,6 +1,6 @@
 """Status lines of the graph."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from html import escape
@@ -22,12 +22,7 @@ class Mark(IntEnum):
     NOTHING = 3
 
 
-COLORS: Mapping[Mark, str] = {
-    Mark.GOOD: "#2f9e5f",
-    Mark.WARNING: "#e08a00",
-    Mark.BAD: "#d0312d",
-    Mark.NOTHING: "#a9adb5",
-}
+COLORS = ("#2f9e5f", "#e08a00", "#d0312d", "#a9adb5")  # by mark
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from operator import itemgetter
 from typing import Any, TypeVar
 
@@ -29,12 +29,14 @@ Stamped = list[tuple[int, T]]
 STAMP = itemgetter(0)
 
 
-def latest(entries: Stamped[T], stamp_ns: int) -> T | None:
-    """The last item up to a stamp [ns], unless it is older than :data:`LONGEST_HOLD_S`."""
-    index = bisect_right(entries, stamp_ns, key=STAMP) - 1
-    if index < 0 or stamp_ns - entries[index][0] > LONGEST_HOLD_S * NS_PER_S:
-        return None
-    return entries[index][1]
+def latest(streams: Mapping[str, Stamped[T]], stamp_ns: int) -> dict[str, T]:
+    """Each stream's last item up to a stamp [ns], unless older than :data:`LONGEST_HOLD_S`."""
+    found = {}
+    for name, entries in streams.items():
+        index = bisect_right(entries, stamp_ns, key=STAMP) - 1
+        if index >= 0 and stamp_ns - entries[index][0] <= LONGEST_HOLD_S * NS_PER_S:
+            found[name] = entries[index][1]
+    return found
 
 
 class Recorded:
@@ -80,14 +82,8 @@ class Recorded:
     def snapshot(self, time_s: float) -> Snapshot:
         """The snapshot at a time after the start [s]."""
         now_ns = self.start_ns + round(time_s * NS_PER_S)
-        bodies = {name: latest(each, now_ns) for name, each in self.bodies.items()}
-        raw = {name: latest(each, now_ns) for name, each in self.raw.items()}
-        return Snapshot(
-            bodies={name: body for name, body in bodies.items() if body is not None},
-            sensors=self.sensors,
-            raw={name: skeletons for name, skeletons in raw.items() if skeletons is not None},
-            imus=self.imus,
-        )
+        bodies, raw = latest(self.bodies, now_ns), latest(self.raw, now_ns)
+        return Snapshot(bodies=bodies, sensors=self.sensors, raw=raw, imus=self.imus)
 
     def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
         """History of one body between two times after the start [s]."""

@@ -23,8 +23,7 @@ from pose_core.parameters import specs
 from pose_fusion.nodes.calibration import CalibrationNode
 from pose_fusion.nodes.recorder import Recorder
 from pose_fusion.parameters import FusionNodeParameters
-from pose_fusion.recording.player_parameters import PlayerParameters
-from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_fusion.recording.parameters import PlayerParameters, RecorderParameters
 from pose_node.nodes.declaring import declare_parameters
 from pose_view.parameters import ViewParameters
 

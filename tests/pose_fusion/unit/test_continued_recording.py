@@ -17,7 +17,7 @@ from rosbags.interfaces import (
 from pose_core.errors import InputError
 from pose_fusion.recording import continued, growing_bag
 from pose_fusion.recording.continued import ContinuedRecording
-from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_fusion.recording.parameters import RecorderParameters
 from pose_io.bag_repair import examine, repair
 from pose_io.bags import open_bag
 from pose_io.typestore import make_typestore

@@ -13,7 +13,7 @@ from kinect_bridge.parameters import KinectBridgeParameters
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.parameters import from_mapping, from_ros_yaml, specs
 from pose_fusion.parameters import FusionNodeParameters
-from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_fusion.recording.parameters import RecorderParameters
 from pose_launch.evaluation import LaunchEvaluation
 from pose_view.parameters import ViewParameters
 

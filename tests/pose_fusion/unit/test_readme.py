@@ -5,8 +5,7 @@ from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.parameters import from_mapping, values_from_ros_yaml
 from pose_fusion.parameters import FusionNodeParameters
-from pose_fusion.recording.player_parameters import PlayerParameters
-from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_fusion.recording.parameters import PlayerParameters, RecorderParameters
 
 NODES = {
     "fusion": FusionNodeParameters,

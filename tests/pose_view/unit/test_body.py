@@ -10,7 +10,7 @@ from viewed_bag import moving_joints
 
 from pose_core.estimates.body_estimates import Source
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS, TrackingState
-from pose_view.body.joint_marks import COLORS, DOF_OF_JOINT, joint_marks, make_balls
+from pose_view.body.joint_marks import BALLS, COLORS, joint_marks, make_balls
 from pose_view.body.measures import MeasuredBody, measure
 from pose_view.body.parts import PARTS, make_parts
 from pose_view.body.poses import part_poses, quaternions
@@ -33,7 +33,7 @@ def edges(mesh):
 
 def body(state=TrackingState.TRACKED, **dof):
     values = {"stddev": 0.01, "weight_imu": 0.0, "source": Source.KINECT, **dof}
-    names = tuple({name for names in DOF_OF_JOINT.values() for name in names})
+    names = tuple({name for ball in BALLS.values() for name in ball.dof})
     return BodySnapshot(
         stamp_ns=0,
         joints=JOINTS[0],

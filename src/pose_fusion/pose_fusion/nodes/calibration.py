@@ -1,7 +1,8 @@
 """The calibration node: estimates extrinsics and clock offsets from skeletons."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from heapq import merge
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
+from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import Clock, Clocks, Extrinsics
@@ -30,9 +32,10 @@ from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.names import imu_topic, sensor_frame, skeletons_topic
 from pose_node.kept import kept_file
 from pose_node.node_status import Report
+from pose_node.nodes.declaring import overrides_of
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.qos import latched, sensor_data
-from pose_node.nodes.running import run_node
+from pose_node.nodes.running import node_of_tool, run_node, spin_until
 from pose_node.nodes.steady_timer import steady_timer
 
 # Queue for the two seconds that a solution may take.
@@ -201,6 +204,34 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     def report(self) -> Report:
         """Progress and accuracy of the calibration."""
         return calibration_report(self.calibration, self._counters, self._trouble)
+
+
+def calibrate_live(
+    options: Mapping[str, Any], timeout_s: float, on_progress: Callable[[LiveCalibration], None]
+) -> Extrinsics:
+    """Run the node until it has calibrated the running sensors, for ``./pose calibrate live``.
+
+    Args:
+        options: Parameters of the calibration node by name; None: the default.
+        timeout_s: Total time limit [s].
+        on_progress: Called periodically with the progress.
+
+    Raises:
+        CalibrationError: If there is no result in time; the message says what was missing.
+    """
+    overrides = overrides_of(LiveCalibrationParameters, options)
+    with node_of_tool(partial(CalibrationNode, parameter_overrides=overrides)) as (node, executor):
+        spin_until(
+            executor,
+            lambda: node.calibration.is_finished,
+            timeout_s,
+            lambda: on_progress(node.calibration),
+        )
+        found, sensors = node.calibration.extrinsics, node.calibration.parameters.sensors
+        if found is None or set(found.sensors) != set(sensors):
+            missing = node.calibration.missing
+            raise CalibrationError(f"not calibrated within {timeout_s:.0f} s: {missing}")
+        return found
 
 
 def main() -> None:

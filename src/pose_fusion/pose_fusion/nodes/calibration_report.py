@@ -21,11 +21,10 @@ def calibration_report(calibration: LiveCalibration, counters: Counters, trouble
     extrinsics = calibration.extrinsics
     scales = [] if extrinsics is None else list(tracker_lines(extrinsics))
     level = Level.WARN if collecting or calibration.moved or scales else Level.OK
-    return Report(
-        level=Level.ERROR if trouble else level,
-        message=trouble or "; ".join([calibration.status, *scales]),
-        values=_values(calibration, counters),
-    )
+    if trouble:
+        level = Level.ERROR
+    message = trouble or "; ".join([calibration.status, *scales])
+    return Report(level=level, message=message, values=_values(calibration, counters))
 
 
 def _values(calibration: LiveCalibration, counters: Counters) -> dict[str, object]:

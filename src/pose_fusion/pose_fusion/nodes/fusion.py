@@ -164,18 +164,13 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._kept_person.save(person)
 
     def _subscribe_to_sensors(self) -> None:
-        self._cameras = {
-            sensor: MessageQueue(
-                self.create_subscription(
-                    SkeletonArray,
-                    skeletons_topic(sensor),
-                    partial(self._on_skeletons, sensor),
-                    SENSOR_QOS,
-                    raw=True,
-                )
+        self._cameras = {}
+        for sensor in self.settings.sensors:
+            topic, callback = skeletons_topic(sensor), partial(self._on_skeletons, sensor)
+            subscription = self.create_subscription(
+                SkeletonArray, topic, callback, SENSOR_QOS, raw=True
             )
-            for sensor in self.settings.sensors
-        }
+            self._cameras[sensor] = MessageQueue(subscription)
         segments = SEGMENTS if self.settings.use_imus else ()
         topics = {segment: imu_topic(segment) for segment in segments}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)

@@ -8,7 +8,7 @@ messages here are read all at once, when a frame needs them.
 from collections.abc import Mapping
 from typing import Any
 
-from rclpy.callback_groups import CallbackGroup
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
@@ -17,21 +17,13 @@ MessageInfo = Mapping[str, Any]
 """What the middleware reports of a message: times, and its publisher's sequence number."""
 
 
-class NotWoken(CallbackGroup):
+class NotWoken(MutuallyExclusiveCallbackGroup):
     """Callback group whose subscriptions an executor does not wait for."""
 
     def can_execute(self, entity: Any) -> bool:
         """Never execute a callback."""
         del entity
         return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Likewise."""
-        del entity
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        """Nothing ends that never begins."""
 
 
 class MessageQueue:

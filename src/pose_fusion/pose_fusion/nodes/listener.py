@@ -60,22 +60,18 @@ class GraphListener(Node):
     def snapshot(self) -> GraphSnapshot:
         """The present state of the graph."""
         now_ns = time.time_ns()
-        statuses = sorted(self._statuses.values(), key=attrgetter("name"))
-        latencies = np.array(self._latencies)
+        topics = [watch.status(now_ns) for _, watch in sorted(self._watches.items())]
+        latency_s = None
+        if self._latencies:
+            median_s, p99_s = np.percentile(self._latencies, [50, 99]).tolist()
+            latency_s = median_s, p99_s
         return GraphSnapshot(
-            topics=tuple(
-                replace(watch.status(now_ns), publishers=self.count_publishers(name))
-                for name, watch in sorted(self._watches.items())
-            ),
-            nodes=tuple(sorted(set(self._other_nodes()))),
-            statuses=tuple(statuses),
+            topics=tuple(replace(t, publishers=self.count_publishers(t.name)) for t in topics),
+            nodes=self._other_nodes(),
+            statuses=tuple(sorted(self._statuses.values(), key=attrgetter("name"))),
             tracked={name: watch.share(now_ns) for name, watch in sorted(self._tracking.items())},
             placed_sensors=self._placed,
-            fusion_latency_s=(
-                (float(np.median(latencies)), float(np.percentile(latencies, 99)))
-                if len(latencies)
-                else None
-            ),
+            fusion_latency_s=latency_s,
             hears_itself=self._hears_itself,
         )
 
@@ -149,13 +145,11 @@ class GraphListener(Node):
 
     # -- what is there --------------------------------------------------------------------------
 
-    def _other_nodes(self) -> list[str]:
+    def _other_nodes(self) -> tuple[str, ...]:
         own = self.get_fully_qualified_name()
-        names = [
-            f"{namespace.rstrip('/')}/{name}"
-            for name, namespace in self.get_node_names_and_namespaces()
-        ]
-        return [name for name in names if name != own and not name.split("/")[-1].startswith("_")]
+        nodes = self.get_node_names_and_namespaces()
+        names = {f"{namespace.rstrip('/')}/{name}" for name, namespace in nodes if name[:1] != "_"}
+        return tuple(sorted(names - {own}))
 
 
 def listen(duration_s: float) -> GraphSnapshot:

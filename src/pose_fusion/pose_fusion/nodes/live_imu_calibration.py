@@ -1,6 +1,7 @@
 """The IMUs' calibration with the running sensors, for ``./pose calibrate imu``."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 
@@ -68,12 +69,8 @@ class ImuCalibrationNode(Node):
         self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(self.counters)
         self._imus = Inbox(self, Imu, {name: imu_topic(name) for name in SEGMENTS}, SENSOR_QOS)
         for sensor in parameters.sensors:
-            self.create_subscription(
-                SkeletonArray,
-                skeletons_topic(sensor),
-                partial(self._on_skeletons, sensor),
-                SENSOR_QOS,
-            )
+            callback = partial(self._on_skeletons, sensor)
+            self.create_subscription(SkeletonArray, skeletons_topic(sensor), callback, SENSOR_QOS)
         if extrinsics is None:
             self.create_subscription(TFMessage, "tf_static", self._on_tf_static, latched(DEPTH))
             self.create_subscription(TimeReference, "clock_offsets", self._on_clock, latched(DEPTH))
@@ -96,42 +93,37 @@ class ImuCalibrationNode(Node):
         return 0.0 if self.calibration is None else self.calibration.progress
 
     def _on_tf_static(self, message: TFMessage) -> None:
-        try:
-            placed = self._static_transforms.add(message)
-        except InputError as error:
-            self.counters.add("malformed_transforms")
-            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
-            return
-        sensors = self._settings.sensors
-        if self.calibration is None and all(sensor in placed for sensor in sensors):
-            found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
-            self.extrinsics = replace(found, clocks=dict(self._clocks))
-            self._selector.use_extrinsics(self.extrinsics)
-            self.calibration = ImuCalibration(self._settings, self.extrinsics)
-            while self._waiting:
-                self.calibration.add(self._waiting.popleft())
+        with self._rejecting("malformed_transforms"):
+            placed, sensors = self._static_transforms.add(message), self._settings.sensors
+            if self.calibration is None and all(sensor in placed for sensor in sensors):
+                found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
+                self.extrinsics = replace(found, clocks=dict(self._clocks))
+                self._selector.use_extrinsics(self.extrinsics)
+                self.calibration = ImuCalibration(self._settings, self.extrinsics)
+                while self._waiting:
+                    self.calibration.add(self._waiting.popleft())
 
     def _on_clock(self, message: TimeReference) -> None:
-        try:
+        with self._rejecting("malformed_clocks"):
             self._clocks[message.source] = clock_of(message)
-        except InputError as error:
-            self.counters.add("malformed_clocks")
-            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
-            return
-        if self.calibration is not None and self.extrinsics is not None:
-            self.extrinsics = replace(self.extrinsics, clocks=dict(self._clocks))
-            self.calibration.use_clocks(self._clocks)
+            if self.calibration is not None and self.extrinsics is not None:
+                self.extrinsics = replace(self.extrinsics, clocks=dict(self._clocks))
+                self.calibration.use_clocks(self._clocks)
 
     def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
         self._take_imus()
+        with self._rejecting("malformed_frames"):
+            for sample in self._selector.select(skeleton_samples(message, sensor)):
+                self._take(sample)
+
+    @contextmanager
+    def _rejecting(self, counter: str) -> Iterator[None]:
+        """Count and report an InputError about a message."""
         try:
-            chosen = self._selector.select(skeleton_samples(message, sensor))
+            yield
         except InputError as error:
-            self.counters.add("malformed_frames")
+            self.counters.add(counter)
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
-            return
-        for sample in chosen:
-            self._take(sample)
 
     def _take_imus(self) -> None:
         taken = self._imus.take()

@@ -25,7 +25,7 @@ from pose_core.parameters import add_arguments
 from pose_core.stamps import NS_PER_S
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.services import offer_trigger
-from pose_fusion.recording.player_parameters import PlayerParameters
+from pose_fusion.recording.parameters import PlayerParameters
 from pose_io.bags import BagMessage, open_bag
 from pose_io.playback import PlaybackClock, Playlist
 from pose_node.conversions import ns_to_stamp
@@ -138,11 +138,8 @@ class Player(Node):
         self._timer.reset()
 
     def _subscribers_are_there(self, now_ns: int) -> bool:
-        missing = [
-            name
-            for name, publisher in self._bag_publishers.items()
-            if publisher.get_subscription_count() == 0
-        ]
+        publishers = self._bag_publishers.items()
+        missing = [name for name, each in publishers if each.get_subscription_count() == 0]
         if missing and now_ns < self._deadline_ns:
             return False
         if missing and self._settings.wait_for_subscribers > 0.0:
@@ -252,10 +249,11 @@ class Player(Node):
             message = "the end is reached"
         elif self._playback.paused:
             message = "paused"
-        values = {"position_s": f"{self._position_s():.3f}", **self._counters.as_dict()}
-        if self._warning:
-            return Report(level=Level.WARN, message=f"{message}; {self._warning}", values=values)
-        return Report(level=Level.OK, message=message, values=values)
+        return Report(
+            level=Level.WARN if self._warning else Level.OK,
+            message="; ".join(filter(None, (message, self._warning))),
+            values={"position_s": f"{self._position_s():.3f}", **self._counters.as_dict()},
+        )
 
     def _progress(self) -> str:
         position_s, duration_s = self._position_s(), self._bag.duration_s
@@ -282,12 +280,8 @@ class Player(Node):
 
 def warn_of_others(node: Node, publishers: Iterable[Publisher]) -> str:
     """Warning that names the topics which others publish, too; empty: there are none."""
-    shared = [
-        publisher.topic_name
-        for publisher in publishers
-        if publisher.msg_type not in MANY_PUBLISH
-        and node.count_publishers(publisher.topic_name) > 1
-    ]
+    topics = [each.topic_name for each in publishers if each.msg_type not in MANY_PUBLISH]
+    shared = [topic for topic in topics if node.count_publishers(topic) > 1]
     if not shared:
         return ""
     return f"others publish too: {', '.join(shared)}; --topics names those to play"

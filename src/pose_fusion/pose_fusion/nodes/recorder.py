@@ -21,7 +21,7 @@ from pose_fusion.nodes.inbox import MessageQueue, NotWoken, ignore_message
 from pose_fusion.nodes.services import offer_trigger
 from pose_fusion.recording.continued import ContinuedRecording
 from pose_fusion.recording.growing_bag import dated_path, was_cut_short
-from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_fusion.recording.parameters import RecorderParameters
 from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import overrides_of
 from pose_node.nodes.managed import ManagedNode
@@ -184,14 +184,10 @@ class Recorder(ManagedNode[RecorderParameters]):
 
     def _subscribe(self, topic: str, msgtype: str, profile: QoSProfile) -> None:
         # Without what warns of publishers that offer less: they are subscribed to as they offer.
+        events = SubscriptionEventCallbacks(use_default_callbacks=False)
+        options = {"callback_group": self._not_woken, "raw": True, "event_callbacks": events}
         subscription = self.create_subscription(
-            message_class(msgtype),
-            topic,
-            ignore_message,
-            profile,
-            callback_group=self._not_woken,
-            raw=True,
-            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+            message_class(msgtype), topic, ignore_message, profile, **options
         )
         self._queues[topic] = MessageQueue(subscription)
 

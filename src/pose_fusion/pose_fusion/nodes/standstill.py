@@ -64,8 +64,5 @@ class Standstill:
         if now_s < self._end_s + DRAIN_S + HEARS_WITHIN_S:
             return ()
         self._end_s = None
-        return tuple(
-            name
-            for name, queue in self._queues.items()
-            if 0 < self._newest[name] == queue.newest and queue.has_publisher
-        )
+        stalled = [n for n, queue in self._queues.items() if 0 < self._newest[n] == queue.newest]
+        return tuple(name for name in stalled if self._queues[name].has_publisher)

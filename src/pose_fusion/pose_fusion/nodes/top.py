@@ -3,6 +3,7 @@
 import argparse
 import sys
 import time
+from functools import partial
 from typing import Any
 
 from rclpy.executors import ExternalShutdownException
@@ -38,13 +39,11 @@ class TopNode(GraphListener):
             return
         self._live = Live(console=console, auto_refresh=False, screen=True)
         self._live.start()
-        self.create_timer(PERIOD_S, self._refresh)
+        self.create_timer(PERIOD_S, partial(self._refresh, self._live))
 
-    def _refresh(self) -> None:
-        if self._live is not None:
-            height = self._console.size.height
-            self._live.update(page(self.snapshot(), time.strftime("%H:%M:%S"), height))
-            self._live.refresh()
+    def _refresh(self, live: Live) -> None:
+        height = self._console.size.height
+        live.update(page(self.snapshot(), time.strftime("%H:%M:%S"), height), refresh=True)
 
     def _show_once(self) -> None:
         snapshot = self.snapshot()

@@ -10,7 +10,7 @@ from rosbags.interfaces import Qos, QosDurability
 
 from pose_core.errors import PoseError
 from pose_fusion.recording.growing_bag import ExistsError, GrowingBag, free_path
-from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_fusion.recording.parameters import RecorderParameters
 
 RETRY_S = 2.0  # [s] after which a recording that failed is continued in a new bag
 LATCHED_KEPT = 50  # messages of a latched topic with which the next bag begins

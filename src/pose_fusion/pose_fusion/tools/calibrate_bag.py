@@ -26,7 +26,7 @@ from pose_fusion.session_extrinsics import checked_sensors
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
 from pose_node.command_line import check_folder_of
-from pose_node.plain_console import progress_bar
+from pose_node.plain_console import add_share, progress_bar
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -70,9 +70,7 @@ def calibrate_bag(
         InputError: If the bag is damaged.
     """
     with progress_bar(Console(stderr=True), TimeRemainingColumn()) as progress:
-        task = progress.add_task("reading", total=1.0)
-        frames = BagFrames(bag, lambda share: progress.update(task, completed=share))
-        everything = list(frames)
+        everything = list(BagFrames(bag, add_share(progress, "reading")))
         progress.add_task("solving", total=None)
         return calibrate_people(everything, sensors, parameters)
 

@@ -128,13 +128,10 @@ def look_into_bag(path: Path, arguments: argparse.Namespace, board: Board, bar: 
     with_images: set[str] = set()
     with open_bag(path) as bag:
         prefix, _, suffix = arguments.image_topic.partition("{name}")
-        names = arguments.cameras or sorted(
-            {
-                topic.removesuffix("/compressed").removesuffix(suffix).rpartition(prefix)[2]
-                for topic in bag.topics
-                if prefix in topic and topic.removesuffix("/compressed").endswith(suffix)
-            }
-        )
+        plain = [topic.removesuffix("/compressed") for topic in bag.topics]
+        images = [topic.removesuffix(suffix) for topic in plain if topic.endswith(suffix)]
+        named = {topic.rpartition(prefix)[2] for topic in images if prefix in topic}
+        names = arguments.cameras or sorted(named)
         ends = {arguments.image_topic.format(name=name): name for name in names}
         ends |= {f"{end}/compressed": name for end, name in ends.items()}
         infos = {arguments.info_topic.format(name=name): name for name in names}
@@ -199,18 +196,13 @@ def result_table(calibration: BoardCalibration, extrinsics: Extrinsics) -> Table
     for heading in ("camera", "views", "image covered", "distance", "known to", "intrinsics"):
         table.add_column(heading, justify="left" if heading == "camera" else "right")
     for name, camera in calibration.cameras.items():
-        place = np.linalg.norm(extrinsics.T_reference_sensor[name][:3, 3])
-        table.add_row(
-            name,
-            str(calibration.pairs[name]),
-            f"{calibration.coverage[name].share:.0%}",
-            "" if name == reference else f"{place:.3f} m",
-            ""
-            if name == reference
-            else f"{calibration.position_stddev[name] * 1e3:.1f} mm, "
-            f"{np.degrees(calibration.rotation_stddev[name]):.2f}°",
-            camera.source,
-        )
+        views, covered = str(calibration.pairs[name]), f"{calibration.coverage[name].share:.0%}"
+        distance = known_to = ""
+        if name != reference:
+            distance = f"{np.linalg.norm(extrinsics.T_reference_sensor[name][:3, 3]):.3f} m"
+            known_to = f"{calibration.position_stddev[name] * 1e3:.1f} mm, "
+            known_to += f"{np.degrees(calibration.rotation_stddev[name]):.2f}°"
+        table.add_row(name, views, covered, distance, known_to, camera.source)
     return table
 
 
@@ -236,14 +228,10 @@ def main(given: list[str]) -> None:
         raise InputError(f"--info names {', '.join(strange)}, expected some of {', '.join(names)}")
     cameras = {name: infos.get(name, found.intrinsics.get(name)) for name in names}
     calibration = calibrate_board(board, found.instants, cameras)
-    extrinsics = board_extrinsics(
-        calibration,
-        KnownMounting(
-            tilt=None if arguments.tilt is None else float(np.radians(arguments.tilt)),
-            height=arguments.height,
-        ),
-        _floor_instant(arguments.floor_view, found.names),
-    )
+    tilt = None if arguments.tilt is None else float(np.radians(arguments.tilt))
+    mounting = KnownMounting(tilt=tilt, height=arguments.height)
+    floor = _floor_instant(arguments.floor_view, found.names)
+    extrinsics = board_extrinsics(calibration, mounting, floor)
     save_extrinsics(arguments.output, extrinsics)
     _print_result(calibration, extrinsics, found)
     print(f"{arguments.output}: {', '.join(extrinsics.sensors)}")

@@ -5,6 +5,7 @@ With the running sensors, or on a bag of such a session.
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -145,19 +146,12 @@ def main(arguments: list[str]) -> None:
             placed = extrinsics or bag_extrinsics(bag, parameters)
             result = _run_with_progress(lambda show: calibrate_bag(bag, parameters, placed, show))
     else:
-        result, placed = _live(parameters, extrinsics, given.timeout)
+        from pose_fusion.nodes.live_imu_calibration import calibrate_imus_live  # ROS only here
+
+        live = partial(calibrate_imus_live, parameters, extrinsics, given.timeout)
+        result, placed = _run_with_progress(live)
     _report(result, given.keep_going)
     if extrinsics is None:
         save_extrinsics(given.output, placed)
     save_alignments(given.output, result.usable)
     print(f"{given.output}: {', '.join(result.usable)}")
-
-
-def _live(
-    parameters: ImuCalibrationParameters, extrinsics: Extrinsics | None, timeout_s: float
-) -> tuple[ImuCalibrationResult, Extrinsics]:
-    from pose_fusion.nodes.live_imu_calibration import calibrate_imus_live  # ROS only where wanted
-
-    return _run_with_progress(
-        lambda show: calibrate_imus_live(parameters, extrinsics, timeout_s, show)
-    )

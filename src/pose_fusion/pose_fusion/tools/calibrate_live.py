@@ -30,7 +30,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str]) -> None:
     """Run with the arguments that follow ``live``."""
-    from pose_fusion.nodes.live_calibration import calibrate_live  # ROS only where it is wanted
+    from pose_fusion.nodes.calibration import calibrate_live  # ROS only where it is wanted
 
     given = make_parser().parse_args(arguments)
     check_folder_of(given.output)

@@ -14,14 +14,14 @@ from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_fusion.launched_graph import GraphError
 from pose_fusion.recording.growing_bag import free_path
-from pose_fusion.tools.demo_progress import watch
-from pose_fusion.tools.demo_run import DemoRun
-from pose_fusion.tools.demo_start import (
+from pose_fusion.tools.demo_graph import (
+    DemoRun,
     Prepare,
     first_lead_s,
     ready_estimator,
     started_graph,
     use_own_domain,
+    watch,
 )
 from pose_node.child_process import executable, run_to_end
 from pose_node.command_line import run_tool
@@ -103,8 +103,6 @@ def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) 
             start_at_ns = _generate(options, duration_s, folder / "session", lead_s)
         arguments = {
             "session": str(folder / "session"),
-            "bag": str(folder / "bag"),
-            "start_at": str(start_at_ns),
             "imus": "false" if options.no_imu else "true",
             **_shown(options),
         }
@@ -146,11 +144,9 @@ def _run_recording(
     whole_s = float(recording["duration_s"])
     limit_s = RECORDING_S if options.duration is None else options.duration
     duration_s = min(whole_s, limit_s)
-    cut = (
-        f", the first {duration_s:.0f} of {whole_s:.0f} s (--duration sets how much)"
-        if duration_s < whole_s
-        else f", {whole_s:.0f} s"
-    )
+    cut = f", {whole_s:.0f} s"
+    if duration_s < whole_s:
+        cut = f", the first {duration_s:.0f} of {whole_s:.0f} s (--duration sets how much)"
     console.print(
         f"Recording {options.recording.name}{cut}, at {options.rate:g} times its speed; "
         f"left is {left}, right is {right}"
@@ -165,8 +161,6 @@ def _run_recording(
             "sensor_left": left,
             "sensor_right": right,
             "rate": str(float(options.rate)),
-            "bag": str(folder / "bag"),
-            "start_at": str(start_at_ns),
             "imus": "false",
             **_shown(options),
         }

@@ -8,26 +8,12 @@ from rich.console import Console
 from rich.text import Text
 
 from pose_core.api import SkeletonSeries
+from pose_evaluation import plots, tables
 from pose_evaluation.agreement import measure_agreement
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
-from pose_evaluation.plots import (
-    REFERENCE,
-    angles_figure,
-    bone_lengths_figure,
-    errors_figure,
-    robot_figure,
-    save_figure,
-)
 from pose_evaluation.scores import evaluate
-from pose_evaluation.tables import (
-    agreement_csv,
-    evaluation_csv,
-    evaluation_table,
-    stability_table,
-    view_tables,
-)
 from pose_fusion.launched_graph import GraphError
-from pose_fusion.tools.demo_run import DemoRun
+from pose_fusion.tools.demo_graph import DemoRun
 from pose_fusion.watching.stages import STAGE, STAGES
 from pose_io.bag_samples import read_body_series, read_extrinsics
 from pose_io.bags import BagReader, open_bag
@@ -46,16 +32,10 @@ def draw_robot(bag: BagReader, run: DemoRun, console: Console) -> tuple[str, ...
     motions = {name: each for name, each in found.items() if each is not None}
     if len(motions) < len(topics):
         return ()
-    save_figure(robot_figure(f"Robot: {run.subject}", motions), run.folder / PLOT)
+    plots.save_figure(plots.robot_figure(f"Robot: {run.subject}", motions), run.folder / PLOT)
     target, command, robot = (motions[name] for name in topics)
-    measured = np.stack(
-        [
-            np.interp(target.recorded_ns, robot.recorded_ns, robot.position[:, i])
-            for i in range(robot.position.shape[1])
-        ],
-        axis=1,
-    )
-    error = np.degrees(np.abs(measured - target.position))
+    measured = [np.interp(target.recorded_ns, robot.recorded_ns, q) for q in robot.position.T]
+    error = np.degrees(np.abs(np.transpose(measured) - target.position))
     latency_ms = (command.recorded_ns - command.stamps_ns) * 1e-6
     median, p99 = np.percentile(latency_ms, [50.0, 99.0])
     text = (
@@ -79,17 +59,18 @@ def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
         truth_named = reference_of_skeleton("the simulated truth", reference, synthetic=True)
         evaluation = evaluate(methods, truth_named)
         console.print()
-        console.print(evaluation_table(evaluation).terminal())
-        (run.folder / "evaluation.csv").write_text(evaluation_csv(evaluation))
-        markdown = evaluation_table(evaluation, with_bias=True).markdown()
+        console.print(tables.evaluation_table(evaluation).terminal())
+        (run.folder / "evaluation.csv").write_text(tables.evaluation_csv(evaluation))
+        markdown = tables.evaluation_table(evaluation, with_bias=True).markdown()
         (run.folder / "evaluation.md").write_text(markdown)
         shown = {name: methods[name] for name in methods if name != FUSED}
-        shown |= {REFERENCE: reference, FUSED: methods[FUSED]}
-        save_figure(angles_figure(f"Joint angles: {run.subject}", shown), run.folder / "angles.png")
-        save_figure(errors_figure(evaluation), run.folder / "errors.png")
+        shown |= {plots.REFERENCE: reference, FUSED: methods[FUSED]}
+        angles = plots.angles_figure(f"Joint angles: {run.subject}", shown)
+        plots.save_figure(angles, run.folder / "angles.png")
+        plots.save_figure(plots.errors_figure(evaluation), run.folder / "errors.png")
         _print_counts(bag, run, methods, console)
-        plots = ("angles.png", "errors.png", *draw_robot(bag, run, console))
-    _print_files(run, plots, ("evaluation.csv", "evaluation.md"), console)
+        drawn = ("angles.png", "errors.png", *draw_robot(bag, run, console))
+    _print_files(run, drawn, ("evaluation.csv", "evaluation.md"), console)
 
 
 def report_recording(run: DemoRun, console: Console) -> None:
@@ -101,19 +82,18 @@ def report_recording(run: DemoRun, console: Console) -> None:
     with open_bag(run.bag) as bag:
         methods = _methods(bag, run)
         agreement = measure_agreement(methods, read_extrinsics(bag))
-        for table in (*view_tables(agreement), stability_table(agreement.stability)):
+        for table in (*tables.view_tables(agreement), tables.stability_table(agreement.stability)):
             console.print()
             console.print(table.terminal())
-        (run.folder / "agreement.csv").write_text(agreement_csv(agreement))
+        (run.folder / "agreement.csv").write_text(tables.agreement_csv(agreement))
         shown = {name: methods[name] for name in methods if name != MEAN}
-        save_figure(angles_figure(f"Joint angles: {run.subject}", shown), run.folder / "angles.png")
-        save_figure(
-            bone_lengths_figure(f"Bone lengths: {run.subject}", shown),
-            run.folder / "bone_lengths.png",
-        )
+        angles = plots.angles_figure(f"Joint angles: {run.subject}", shown)
+        plots.save_figure(angles, run.folder / "angles.png")
+        bones = plots.bone_lengths_figure(f"Bone lengths: {run.subject}", shown)
+        plots.save_figure(bones, run.folder / "bone_lengths.png")
         _print_counts(bag, run, methods, console)
-        plots = ("angles.png", "bone_lengths.png", *draw_robot(bag, run, console))
-    _print_files(run, plots, ("agreement.csv",), console)
+        drawn = ("angles.png", "bone_lengths.png", *draw_robot(bag, run, console))
+    _print_files(run, drawn, ("agreement.csv",), console)
 
 
 def _methods(bag: BagReader, run: DemoRun) -> dict[str, SkeletonSeries]:
@@ -142,12 +122,8 @@ def _print_counts(
     first_s = min(int(each.stamps_ns[0]) for each in sensors.values() if len(each))
     after_s = (int(methods[FUSED].stamps_ns[0]) - first_s) * 1e-9
     count = bag.topics[topic].count if topic else 0
-    _line(
-        console,
-        "joint states",
-        f"{count} out, the first {after_s:.1f} s after the first frame "
-        "(extrinsics and bone lengths come first)",
-    )
+    first = f"{count} out, the first {after_s:.1f} s after the first frame"
+    _line(console, "joint states", f"{first} (extrinsics and bone lengths come first)")
     if stages := _stages(run):
         _line(console, "latency", f"[ms] {stages} (last ten seconds)")
 
@@ -166,16 +142,9 @@ def _stages(run: DemoRun) -> str:
 def _sensor_text(bag: BagReader, run: DemoRun, name: str) -> str:
     topic = next(topic for topic in bag.topics if topic.endswith(skeletons_topic(name)))
     recorded = bag.topics[topic].count
-    published = max(
-        (
-            node.count("frames_published")
-            for path, node in run.nodes.items()
-            if path.endswith(f"kinect_{name}")
-        ),
-        default=0,
-    )
+    bridges = [node for path, node in run.nodes.items() if path.endswith(f"kinect_{name}")]
     # The bridge's last report may be a second old: more frames may be recorded.
-    lost = max(published - recorded, 0)
+    lost = max([0, *(node.count("frames_published") - recorded for node in bridges)])
     return f"{recorded + lost} frames in, {lost or 'none'} lost on the way to the bag"
 
 
@@ -199,11 +168,11 @@ def _losses(run: DemoRun) -> str:
 
 
 def _print_files(
-    run: DemoRun, plots: tuple[str, ...], tables: tuple[str, ...], console: Console
+    run: DemoRun, drawn: tuple[str, ...], written: tuple[str, ...], console: Console
 ) -> None:
     _line(console, "bag", str(run.bag))
-    _line(console, "plots", ", ".join(str(run.folder / name) for name in plots))
-    _line(console, "tables", ", ".join(str(run.folder / name) for name in tables))
+    _line(console, "plots", ", ".join(str(run.folder / name) for name in drawn))
+    _line(console, "tables", ", ".join(str(run.folder / name) for name in written))
 
 
 def _line(console: Console, label: str, text: str) -> None:

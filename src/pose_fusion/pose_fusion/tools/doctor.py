@@ -17,7 +17,7 @@ from pose_fusion.watching.machine import machine_findings
 from pose_io.bag_repair import Condition, examine, mcap_file, repair
 from pose_io.bags import open_bag
 from pose_node.command_line import number_within, run_tool
-from pose_node.plain_console import plain_console, progress_bar
+from pose_node.plain_console import add_share, plain_console, progress_bar
 
 LISTEN_S, LONGEST_S = 4.0, 600.0  # [s] diagnostics are published once per second
 MARKS = {
@@ -56,8 +56,7 @@ def doctor_bag(bag: Path, output: Path | None) -> int:
             print(f"→ ./pose doctor {bag} --output REPAIRED writes the intact part as a new bag")
         return 0 if is_whole else 1
     with progress_bar(Console(stderr=True)) as progress:
-        task = progress.add_task("mending", total=1.0)
-        repair(file, condition, output, lambda share: progress.update(task, completed=share))
+        repair(file, condition, output, add_share(progress, "mending"))
     _describe(output)
     return 0
 
@@ -121,14 +120,8 @@ def look_at_graph(duration_s: float) -> list[Finding]:
 
         return graph_findings(listen(duration_s))
     except Exception as error:  # a broken installation may raise any exception
-        reason = " ".join(str(error).split()) or type(error).__name__
-        return [
-            wrong(
-                "ROS",
-                f"a node cannot start: {reason}",
-                "./pose build; is RMW_IMPLEMENTATION one that is installed?",
-            )
-        ]
+        found = f"a node cannot start: {' '.join(str(error).split()) or type(error).__name__}"
+        return [wrong("ROS", found, "./pose build; is RMW_IMPLEMENTATION one that is installed?")]
 
 
 def as_table(findings: Mapping[str, Sequence[Finding]]) -> Table:

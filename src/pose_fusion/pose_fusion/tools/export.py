@@ -17,7 +17,7 @@ from pose_io.export.opensim import OPENSIM_MODELS
 from pose_io.export.registry import EXPORTERS
 from pose_node.command_line import number_within, run_tool
 from pose_node.many import add_many_arguments, run_many
-from pose_node.plain_console import progress_bar
+from pose_node.plain_console import add_share, progress_bar
 
 SLOWEST, FASTEST = 1.0, 1000.0  # [Hz]
 NOTABLE_RESIDUAL = 0.001  # [m]
@@ -116,13 +116,8 @@ def run() -> int | None:
         raise InputError(f"cannot write {arguments.output}: expected a file in an existing folder")
     console = Console(stderr=True)
     with open_bag(arguments.bag) as bag, progress_bar(console, TimeRemainingColumn()) as progress:
-        task = progress.add_task("reading", total=1.0)
-        recorded = read_motion(
-            bag,
-            arguments.body,
-            lambda share: progress.update(task, completed=share),
-            load_body_model(arguments.body_model) if arguments.body_model else None,
-        )
+        model = load_body_model(arguments.body_model) if arguments.body_model else None
+        recorded = read_motion(bag, arguments.body, add_share(progress, "reading"), model)
         progress.add_task("writing", total=None)
         rate = arguments.rate or max(SLOWEST, float(round(recorded.mean_rate)))
         exporter = EXPORTERS[arguments.to]

@@ -45,8 +45,17 @@ from pose_io.names import TF_STATIC
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, run_many
-from pose_node.plain_console import progress_bar, waiting_bar
+from pose_node.plain_console import add_share, progress_bar, waiting_bar
 
+FAULTS = {
+    "frames_too_late": "  {} frames came too late and were not used: see the clocks of their "
+    "sensors",
+    "filter_restarts_backwards": "  the pose faced backwards until bent knees showed it, {} times: "
+    "see where a camera has the person's back and loses joints",
+    "filter_restarts_crossed": "  the pose's legs or arms were exchanged until all cameras "
+    "contradicted it, {} times: see where a tracker exchanges them",
+}
+"""Lines by the counter of a fault."""
 UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
 
 
@@ -218,13 +227,8 @@ def add_all(
     history: AlignmentHistory | None = None,
 ) -> Sequence[str]:
     """Add all samples of a bag, with a progress bar of that name; lines about those left out."""
-    task = progress.add_task(what, total=1.0)
-    frames = BagFrames(
-        bag,
-        lambda share: progress.update(task, completed=share),
-        imus=pipeline.parameters.use_imus,
-        clocks=pipeline.clocks,
-    )
+    show, imus = add_share(progress, what), pipeline.parameters.use_imus
+    frames = BagFrames(bag, show, imus=imus, clocks=pipeline.clocks)
     for each in frames:
         pipeline.add(each)
         if history is not None:
@@ -261,21 +265,9 @@ def repeated_lines(pipeline: PeoplePipeline) -> Iterator[str]:
 
 def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
     """What went wrong, and what was done about it."""
-    late = counts.get("frames_too_late", 0)
-    if late:
-        yield f"  {late} frames came too late and were not used: see the clocks of their sensors"
-    backwards = counts.get("filter_restarts_backwards", 0)
-    if backwards:
-        yield (
-            f"  the pose faced backwards until bent knees showed it, {backwards} times: see where "
-            "a camera has the person's back and loses joints"
-        )
-    crossed = counts.get("filter_restarts_crossed", 0)
-    if crossed:
-        yield (
-            "  the pose's legs or arms were exchanged until all cameras contradicted it, "
-            f"{crossed} times: see where a tracker exchanges them"
-        )
+    for name, line in FAULTS.items():
+        if counts.get(name, 0):
+            yield line.format(counts[name])
 
 
 def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:

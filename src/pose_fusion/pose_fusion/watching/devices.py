@@ -48,13 +48,10 @@ def serial_ports() -> list[SerialPort]:
 
 def kinects(folder: Path = USB_DEVICES) -> list[str]:
     """Names of the Kinects on USB."""
-    found = []
-    for vendor in sorted(folder.glob("*/idVendor")):
-        product = vendor.with_name("idProduct")
-        if vendor.read_text().strip() == MICROSOFT and product.is_file():
-            name = KINECTS.get(product.read_text().strip())
-            found += [name] if name else []
-    return found
+    vendors = [v for v in sorted(folder.glob("*/idVendor")) if v.read_text().strip() == MICROSOFT]
+    products = [path for path in (v.with_name("idProduct") for v in vendors) if path.is_file()]
+    names = (KINECTS.get(path.read_text().strip()) for path in products)
+    return [name for name in names if name is not None]
 
 
 def device_findings(ports: Sequence[SerialPort], cameras: Sequence[str]) -> Iterator[Finding]:

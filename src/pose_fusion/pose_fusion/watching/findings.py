@@ -50,23 +50,15 @@ def wrong(subject: str, found: str, remedy: str) -> Finding:
 def graph_findings(snapshot: GraphSnapshot) -> list[Finding]:
     """All findings in a graph's state."""
     if not snapshot.hears_itself:
-        return [
-            wrong(
-                "messages",
-                "a message to itself did not come back",
-                "look at shared memory and loopback above; is a firewall in the way?",
-            )
-        ]
+        remedy = "look at shared memory and loopback above; is a firewall in the way?"
+        return [wrong("messages", "a message to itself did not come back", remedy)]
     findings = [ok("messages", "a message to itself came back")]
     if not snapshot.topics and not snapshot.statuses:
         text = f"no node of pose fusion runs on this ROS domain ({len(snapshot.nodes)} other nodes)"
         return [*findings, note("nodes", text, "./pose up starts a graph")]
     findings.append(ok("nodes", ", ".join(snapshot.nodes)))
-    findings += _sensors(snapshot)
-    findings += _several_publishers(snapshot)
-    findings += _extrinsics(snapshot)
-    findings += _output(snapshot)
-    findings += _statuses(snapshot)
+    for find in (_sensors, _several_publishers, _extrinsics, _output, _statuses):
+        findings += find(snapshot)
     return findings
 
 
@@ -74,11 +66,8 @@ def _sensors(snapshot: GraphSnapshot) -> Iterator[Finding]:
     kinects = [topic for topic in snapshot.topics if SENSOR_TOPIC.search(topic.name)]
     imus = [topic for topic in snapshot.topics if IMU_TOPIC.search(topic.name)]
     if not kinects:
-        yield wrong(
-            "skeletons",
-            "nobody publishes kinect_<name>/skeletons",
-            "start a kinect_bridge: ./pose up recording:=FILE, or your own tracker",
-        )
+        remedy = "start a kinect_bridge: ./pose up recording:=FILE, or your own tracker"
+        yield wrong("skeletons", "nobody publishes kinect_<name>/skeletons", remedy)
     for topic in kinects:
         yield _stream(topic, SLOWEST_SENSOR)
     silent = [topic for topic in imus if topic.rate == 0.0]
@@ -132,10 +121,8 @@ def _extrinsics(snapshot: GraphSnapshot) -> Iterator[Finding]:
             remedy = "raise the arms, walk about: the calibration is waiting for motion"
             yield note("extrinsics", text, remedy)
         else:
-            remedy = (
-                "start the calibration (fusion.launch.yaml), or give the fusion extrinsics_file"
-            )
-            yield wrong("extrinsics", text, remedy)
+            remedy = "start the calibration (fusion.launch.yaml), or give the fusion"
+            yield wrong("extrinsics", text, f"{remedy} extrinsics_file")
 
 
 def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:

@@ -58,19 +58,15 @@ def disk_finding(folder: Path, free_bytes: float) -> Finding:
     text = f"{free_bytes / GB:.1f} GB are free at {folder}"
     if free_bytes >= LEAST_DISK_GB * GB:
         return ok("disk", text)
-    return wrong(
-        "disk", text, f"{LEAST_DISK_GB:g} GB are needed: free some space, or record elsewhere"
-    )
+    remedy = f"{LEAST_DISK_GB:g} GB are needed: free some space, or record elsewhere"
+    return wrong("disk", text, remedy)
 
 
 def shared_memory_finding(folder: Path) -> Finding:
     """Whether Fast DDS can pass messages through shared memory."""
     if not folder.is_dir() or not os.access(folder, os.W_OK):
-        return wrong(
-            "shared memory",
-            f"{folder} is not there, or not writable",
-            "mount a tmpfs there (containers: --ipc=host or --shm-size)",
-        )
+        remedy = "mount a tmpfs there (containers: --ipc=host or --shm-size)"
+        return wrong("shared memory", f"{folder} is not there, or not writable", remedy)
     free_mb = shutil.disk_usage(folder).free / MB
     if free_mb < LEAST_SHARED_MB:
         remedy = f"remove old {folder}/fastrtps_* files, or enlarge it (containers: --shm-size)"
@@ -78,11 +74,8 @@ def shared_memory_finding(folder: Path) -> Finding:
     owners = list(_owners_of_fastdds_files(folder))
     theirs = sum(owner != os.getuid() for owner in owners)
     if theirs and os.getuid() != 0:
-        return note(
-            "shared memory",
-            f"{theirs} Fast DDS files belong to other users",
-            "run all nodes as one user; otherwise they cannot communicate",
-        )
+        remedy = "run all nodes as one user; otherwise they cannot communicate"
+        return note("shared memory", f"{theirs} Fast DDS files belong to other users", remedy)
     return ok("shared memory", f"{free_mb:.0f} MB are free, {len(owners)} Fast DDS files")
 
 
@@ -110,11 +103,8 @@ def multicast_finding(environment: Mapping[str, str], works: Callable[[], bool])
         return ok("multicast", "not needed: discovery is limited to this host")
     if works():
         return ok("multicast", f"a datagram to {DISCOVERY_GROUP} came back")
-    return wrong(
-        "multicast",
-        f"a datagram to {DISCOVERY_GROUP} did not come back",
-        "allow UDP multicast in the firewall, or name the hosts in ROS_STATIC_PEERS",
-    )
+    remedy = "allow UDP multicast in the firewall, or name the hosts in ROS_STATIC_PEERS"
+    return wrong("multicast", f"a datagram to {DISCOVERY_GROUP} did not come back", remedy)
 
 
 def multicast_works() -> bool:

@@ -100,11 +100,8 @@ class BringUp(Node):
 
     def _report(self) -> Report:
         late = [f"{name} {state}" for name, state in self._states.items() if state != "active"]
-        return Report(
-            level=Level.WARN if late else Level.OK,
-            message="; ".join(late) or "all nodes are active",
-            values=self._states,
-        )
+        message = "; ".join(late) or "all nodes are active"
+        return Report(level=Level.WARN if late else Level.OK, message=message, values=self._states)
 
 
 def main() -> None:

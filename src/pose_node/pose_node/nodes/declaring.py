@@ -24,11 +24,8 @@ QOS_OVERRIDES = "qos_overrides."
 
 def overrides_of(parameters: type, options: Mapping[str, Any]) -> list[Parameter]:
     """ROS parameters from a command line's options; those that were not given are None."""
-    return [
-        Parameter(name, value=options[name])
-        for name in specs(parameters)
-        if options[name] is not None
-    ]
+    given = {name: options[name] for name in specs(parameters)}
+    return [Parameter(name, value=value) for name, value in given.items() if value is not None]
 
 
 def declare_parameters(
@@ -112,12 +109,9 @@ def descriptor_of(default: Any, spec: ParameterSpec) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
         description=spec.doc + unit, additional_constraints=spec.range_text, read_only=True
     )
-    if spec.is_switch:
-        descriptor.dynamic_typing = True  # `off` comes as a boolean; `from_mapping` mends it
-    if default == ():
-        # ROS takes an empty list for one of bytes and would then refuse texts; `from_mapping`
-        # checks the type all the same.
-        descriptor.dynamic_typing = True
+    # `off` comes as a boolean, which `from_mapping` mends. ROS takes an empty list for one of bytes
+    # and would then refuse texts; `from_mapping` checks the type all the same.
+    descriptor.dynamic_typing = spec.is_switch or default == ()
     if spec.limits is not None:
         low, high = max(spec.limits[0], -LIMIT), min(spec.limits[1], LIMIT)
         if isinstance(default, float):

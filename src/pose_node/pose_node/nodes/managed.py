@@ -75,11 +75,7 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
         accept_changes(self, parameters, self._change)
         self.diagnostics = DiagnosticsPublisher(self, self._report)
         self._starts = bool(self.get_parameter("autostart").value)
-        if self._starts:
-            self._start()
-
-    def _start(self) -> None:
-        for trigger in (self.trigger_configure, self.trigger_activate):
+        for trigger in (self.trigger_configure, self.trigger_activate) if self._starts else ():
             if trigger() is not TransitionCallbackReturn.SUCCESS and self._failure is not None:
                 raise self._failure
         self._starts = False

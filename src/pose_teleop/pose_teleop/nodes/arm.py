@@ -55,15 +55,12 @@ class DeadManInput:
         heard = self._pressed_ns
         return heard is not None and time.monotonic_ns() - heard < self._timeout_ns
 
-    def _on_joy(self, message: Any) -> None:
-        buttons = message.buttons
-        self._note(self._button < len(buttons) and buttons[self._button] == 1)
+    def _on_joy(self, message: Joy) -> None:
+        is_pressed = list(message.buttons[self._button : self._button + 1]) == [1]
+        self._on_heartbeat(Bool(data=is_pressed))
 
-    def _on_heartbeat(self, message: Any) -> None:
-        self._note(message.data)
-
-    def _note(self, is_pressed: bool) -> None:
-        self._pressed_ns = time.monotonic_ns() if is_pressed else None
+    def _on_heartbeat(self, message: Bool) -> None:
+        self._pressed_ns = time.monotonic_ns() if message.data else None
 
 
 class ArmNode(Node):
@@ -109,19 +106,16 @@ class ArmNode(Node):
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
 
     def _on_estimate(self, message: PoseEstimate) -> None:
-        position, stddev = (
-            by_name(message, values) for values in (message.position, message.position_stddev)
-        )
-        self.controller.monitor.add_estimate(
-            nanoseconds(message.header.stamp), message.id, position, stddev, self._now()
-        )
+        position = by_name(message, message.position)
+        stddev = by_name(message, message.position_stddev)
+        stamp_ns, now = nanoseconds(message.header.stamp), self._now()
+        self.controller.monitor.add_estimate(stamp_ns, message.id, position, stddev, now)
 
     def _on_states(self, message: JointState) -> None:
         now = self._now()
         stamp_ns = nanoseconds(message.header.stamp)
-        position, velocity = (
-            by_name(message, values) for values in (message.position, message.velocity)
-        )
+        position = by_name(message, message.position)
+        velocity = by_name(message, message.velocity)
         self.controller.monitor.add_joint_states(stamp_ns, position, velocity, now)
         self._step(now)
         if self.controller.supervisor.state in (State.SOFT_START, State.FOLLOWING):

@@ -67,13 +67,9 @@ class HriNode(Node):
         self._counters.add("joint_states")
         self._heard_ns = int(self.get_clock().now().nanoseconds)
         body = self._settings.id
-        self._states.publish(
-            JointState(
-                header=to_header(nanoseconds(message.header.stamp), f"body_{body}"),
-                name=[f"{name}_{body}" for name in found],
-                position=list(found.values()),
-            )
-        )
+        header = to_header(nanoseconds(message.header.stamp), f"body_{body}")
+        names = [f"{name}_{body}" for name in found]
+        self._states.publish(JointState(header=header, name=names, position=list(found.values())))
         self._look()
 
     def _on_urdf(self, message: String) -> None:
@@ -105,11 +101,9 @@ class HriNode(Node):
 
     def _report(self) -> Report:
         tracked = bool(self._announced)
-        return Report(
-            level=Level.OK if tracked else Level.WARN,
-            message=f"body {self._settings.id} is tracked" if tracked else "nobody is tracked",
-            values=self._counters.as_dict(),
-        )
+        level = Level.OK if tracked else Level.WARN
+        message = f"body {self._settings.id} is tracked" if tracked else "nobody is tracked"
+        return Report(level=level, message=message, values=self._counters.as_dict())
 
 
 def main() -> None:

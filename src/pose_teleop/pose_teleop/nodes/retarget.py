@@ -66,11 +66,9 @@ class RetargetNode(Node):
     def _report(self) -> Report:
         sent = self._counters["poses"] - self._reported
         self._reported += sent
-        return Report(
-            level=Level.OK if sent else Level.WARN,
-            message=f"{sent} poses/s on {TOPIC}" if sent else "no frames of the person on /tf",
-            values=self._counters.as_dict(),
-        )
+        level = Level.OK if sent else Level.WARN
+        message = f"{sent} poses/s on {TOPIC}" if sent else "no frames of the person on /tf"
+        return Report(level=level, message=message, values=self._counters.as_dict())
 
 
 def main() -> None:

@@ -3,7 +3,6 @@
 import time
 from typing import Any
 
-import numpy as np
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
@@ -12,12 +11,13 @@ from visualization_msgs.msg import MarkerArray
 
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
+from pose_node.conversions import to_header, to_transform
 from pose_node.node_status import Level, Report
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
-from pose_teleop.conversions import robot_states, to_points, to_robot_markers, transform
+from pose_teleop.conversions import robot_states, to_points, to_robot_markers
 from pose_teleop.nodes.bodies import LATCHED, NEWEST
 from pose_teleop.parameters import SimulatedRobotParameters
 from pose_teleop.robot_arm import RobotArm
@@ -46,8 +46,8 @@ class SimulatedRobot(Node):
         parameters = declare_parameters(self, SimulatedRobotParameters)
         self.arm = RobotArm(load_robot(parameters.robot, parameters.side, parameters.urdf))
         self.simulated = SimulatedArm(self.arm, parameters.mass_error)
-        self._place = np.array([parameters.x, parameters.y, parameters.z])
-        self._mount = self.arm.mount_quaternion(parameters.yaw)
+        mount = self.arm.mount_quaternion(parameters.yaw)
+        self._place = (parameters.x, parameters.y, parameters.z, *mount)
         self._counters = Counters("commands", "malformed_commands")
         self._stepped_ns = self._drawn_ns = time.monotonic_ns()
         self._states = self.create_publisher(JointState, "arm/joint_states", 10)
@@ -84,17 +84,17 @@ class SimulatedRobot(Node):
         now_ns = time.monotonic_ns()
         if now_ns - self._drawn_ns > DRAWN_S * NS_PER_S:
             self._drawn_ns = now_ns
-            transforms = [transform("map", ROOT, self._place, self._mount, stamp_ns)]
-            for name, (position, xyzw) in self.arm.links(robot.position).items():
-                transforms.append(transform(ROOT, f"{ROOT}/{name}", position, xyzw, stamp_ns))
-            self._tf.publish(TFMessage(transforms=transforms))
+            root = to_transform(to_header(stamp_ns, "map"), ROOT, self._place)
+            in_root = to_header(stamp_ns, ROOT)
+            links = (
+                to_transform(in_root, f"{ROOT}/{name}", place)
+                for name, place in self.arm.links(robot.position).items()
+            )
+            self._tf.publish(TFMessage(transforms=[root, *links]))
 
     def _report(self) -> Report:
-        return Report(
-            level=Level.OK,
-            message=f"simulating {self.arm.file.name}",
-            values=self._counters.as_dict(),
-        )
+        message = f"simulating {self.arm.file.name}"
+        return Report(level=Level.OK, message=message, values=self._counters.as_dict())
 
 
 def main() -> None:

@@ -6,6 +6,7 @@ of the joint itself.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,18 +17,13 @@ from pose_view.mesh import Mesh, ellipsoid
 from pose_view.snapshot import BodySnapshot, DofSnapshot
 
 # Okabe and Ito (2008): distinguishable with any colour vision.
-COLORS: Mapping[str, tuple[int, int, int]] = {
-    "tracked": (0, 114, 178),
-    "inferred": (230, 159, 0),
-    "imu": (0, 158, 115),
-    "predicted": (204, 51, 120),
+LEGEND: Mapping[str, tuple[tuple[int, int, int], str]] = {
+    "tracked": ((0, 114, 178), "tracked by a camera"),
+    "inferred": ((230, 159, 0), "inferred by a camera (occluded)"),
+    "imu": ((0, 158, 115), "from an IMU"),
+    "predicted": ((204, 51, 120), "predicted, nothing measures it"),
 }
-MEANINGS: Mapping[str, str] = {
-    "tracked": "tracked by a camera",
-    "inferred": "inferred by a camera (occluded)",
-    "imu": "from an IMU",
-    "predicted": "predicted, nothing measures it",
-}
+COLORS = {source: color for source, (color, _) in LEGEND.items()}
 SEEN = {
     TrackingState.TRACKED: "tracked",
     TrackingState.INFERRED: "inferred",
@@ -40,39 +36,33 @@ LARGEST_PALENESS = 0.75  # [-]
 LARGEST_GROWTH = 0.25  # [-] of the radius
 IMU_SHARE = 0.5  # [-] weight above which a joint counts as measured by an IMU
 
-DOF_OF_JOINT: Mapping[str, tuple[str, ...]] = {
-    "head": ("neck_flexion", "neck_lateral_bending"),
-    "neck": ("waist_flexion", "waist_lateral_bending", "pelvis_rotation_x", "pelvis_rotation_y"),
-    "torso": ("pelvis_rotation_x", "pelvis_rotation_y", "pelvis_rotation_z"),
-    **{
-        f"{side}_{joint}": tuple(name.replace("*", side) for name in names)
-        for side in SIDES
-        for joint, names in {
-            "shoulder": ("waist_rotation", "pelvis_rotation_z"),
-            "elbow": ("*_shoulder_flexion", "*_shoulder_abduction"),
-            "hand": ("*_elbow_flexion",),
-            "hip": ("pelvis_rotation_z",),
-            "knee": ("*_hip_flexion", "*_hip_abduction"),
-            "foot": ("*_knee_flexion",),
-        }.items()
-    },
-}
 
-# The part to which a ball is fixed, and its half-axes [m] for an adult of 1.75 m.
-BALLS: Mapping[str, tuple[str, tuple[float, float, float]]] = {
-    "head": ("head", (0.104, 0.084, 0.018)),
-    "neck": ("head", (0.060, 0.060, 0.020)),
-    "torso": ("thorax", (0.103, 0.0, 0.028)),  # sideways: as wide as the waist
+class Ball(NamedTuple):
+    """A joint's ball."""
+
+    part: str  # to which it is fixed
+    half_axes: tuple[float, float, float]  # [m] for an adult of 1.75 m
+    dof: tuple[str, ...]  # the joint's degrees of freedom
+
+
+PELVIS_TURNS = ("pelvis_rotation_x", "pelvis_rotation_y", "pelvis_rotation_z")
+WAIST_BENDS = ("waist_flexion", "waist_lateral_bending")
+BALLS: Mapping[str, Ball] = {
+    "head": Ball("head", (0.104, 0.084, 0.018), ("neck_flexion", "neck_lateral_bending")),
+    "neck": Ball("head", (0.060, 0.060, 0.020), (*WAIST_BENDS, *PELVIS_TURNS[:2])),
+    "torso": Ball("thorax", (0.103, 0.0, 0.028), PELVIS_TURNS),  # sideways: as wide as the waist
     **{
-        f"{side}_{joint}": (f"{side}_{limb}", (radius,) * 3)
+        f"{side}_{joint}": Ball(
+            f"{side}_{limb}", (radius,) * 3, tuple(name.replace("*", side) for name in dof)
+        )
         for side in SIDES
-        for joint, limb, radius in (
-            ("shoulder", "upper_arm", 0.061),
-            ("elbow", "forearm", 0.046),
-            ("hand", "forearm", 0.034),
-            ("hip", "thigh", 0.098),
-            ("knee", "shank", 0.062),
-            ("foot", "shank", 0.044),
+        for joint, limb, radius, dof in (
+            ("shoulder", "upper_arm", 0.061, ("waist_rotation", "pelvis_rotation_z")),
+            ("elbow", "forearm", 0.046, ("*_shoulder_flexion", "*_shoulder_abduction")),
+            ("hand", "forearm", 0.034, ("*_elbow_flexion",)),
+            ("hip", "thigh", 0.098, ("pelvis_rotation_z",)),
+            ("knee", "shank", 0.062, ("*_hip_flexion", "*_hip_abduction")),
+            ("foot", "shank", 0.044, ("*_knee_flexion",)),
         )
     },
 }
@@ -92,8 +82,8 @@ class JointMark:
 def make_balls(measures: BodyMeasures) -> dict[str, Mesh]:
     """The surface of each joint's ball, about the joint, in the axes of its part."""
     balls = {}
-    for joint, (_, half_axes) in BALLS.items():
-        x, y, z = (measures.size * axis for axis in half_axes)
+    for joint, ball in BALLS.items():
+        x, y, z = (measures.size * axis for axis in ball.half_axes)
         if joint == "torso":
             y = max(measures.shoulders / 2.0, 0.15 * measures.size) * 0.70 + 0.015 * measures.size
         balls[joint] = ellipsoid((x, y, z))
@@ -131,9 +121,7 @@ def _rows(dof: DofSnapshot | None) -> dict[str, list[int]]:
     if dof is None:
         return {joint: [] for joint in JOINTS}
     index = {name: row for row, name in enumerate(dof.names)}
-    return {
-        joint: [index[name] for name in DOF_OF_JOINT[joint] if name in index] for joint in JOINTS
-    }
+    return {joint: [index[n] for n in BALLS[joint].dof if n in index] for joint in JOINTS}
 
 
 def _source(tracking: TrackingState, dof: DofSnapshot | None, rows: list[int]) -> str:

@@ -2,12 +2,16 @@
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, SIDES
+from pose_evaluation.stability import bone_lengths
 
+LIMBS = ("upper_arm", "forearm", "thigh", "shank")
+TRUNK = ("hips", "shoulders", "lower_trunk", "upper_trunk", "neck")
 SAMPLES = 45  # [-] over which the median is computed
 FIRST_AT = 10  # [-] samples required for the first result
 CHANGED = 0.01  # [m] change from which on the body is drawn again
@@ -44,27 +48,16 @@ def measure(joints: FloatArray) -> BodyMeasures:
     Args:
         joints: Joint positions [m], shape (n, 15, 3), without NaN.
     """
-
-    def distance(first: FloatArray, second: FloatArray) -> float:
-        return float(np.median(np.linalg.norm(first - second, axis=-1)))
-
     at = {name: joints[:, index] for name, index in JOINT_INDEX.items()}
-
-    def of_sides(start: str, end: str) -> tuple[float, float]:
-        left, right = (distance(at[f"{s}_{start}"], at[f"{s}_{end}"]) for s in SIDES)
-        return left, right
-
-    return BodyMeasures(
-        upper_arm=of_sides("shoulder", "elbow"),
-        forearm=of_sides("elbow", "hand"),
-        thigh=of_sides("hip", "knee"),
-        shank=of_sides("knee", "foot"),
-        hips=distance(at["left_hip"], at["right_hip"]),
-        shoulders=distance(at["left_shoulder"], at["right_shoulder"]),
-        lower_trunk=distance(0.5 * (at["left_hip"] + at["right_hip"]), at["torso"]),
-        upper_trunk=distance(at["torso"], at["neck"]),
-        neck=distance(at["neck"], at["head"]),
-    )
+    hips = 0.5 * (at["left_hip"] + at["right_hip"])
+    lengths = bone_lengths(joints) | {
+        "lower_trunk": np.linalg.norm(hips - at["torso"], axis=1),
+        "upper_trunk": np.linalg.norm(at["torso"] - at["neck"], axis=1),
+    }
+    median = {name: float(np.median(length)) for name, length in lengths.items()}
+    found: dict[str, Any] = {name: median[name] for name in TRUNK}
+    found |= {limb: tuple(median[f"{side}_{limb}"] for side in SIDES) for limb in LIMBS}
+    return BodyMeasures(**found)
 
 
 class MeasuredBody:

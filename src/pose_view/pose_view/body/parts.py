@@ -10,14 +10,11 @@ straight.
 from collections.abc import Sequence
 
 from pose_core.joints import SIDES
-from pose_view.body.measures import BodyMeasures
+from pose_view.body.measures import LIMBS, BodyMeasures
 from pose_view.mesh import Mesh, ellipsoid, joined, loft, moved, scaled
 
-LIMBS = ("upper_arm", "forearm", "thigh", "shank")
 PARTS: tuple[str, ...] = (
-    "pelvis",
-    "thorax",
-    "head",
+    *("pelvis", "thorax", "head"),
     *(f"{side}_{limb}" for side in SIDES for limb in LIMBS),
 )
 """The drawn parts, in the order of every array of part poses."""
@@ -82,30 +79,26 @@ def _foot() -> Mesh:
 
 def _pelvis(hips: float, top: float) -> Mesh:
     side = max(hips / 2.0 + 0.075, 0.145)
-    return loft(
-        [
-            (-0.075, 0.075, side * 0.78, -0.008),
-            (0.0, 0.105, side, -0.008),
-            (top * 0.45, 0.100, side * 0.93, -0.002),
-            (top, 0.090, side * 0.80, 0.0),
-        ],
-        cap=0.35,
-    )
+    sections = [
+        (-0.075, 0.075, side * 0.78, -0.008),
+        (0.0, 0.105, side, -0.008),
+        (top * 0.45, 0.100, side * 0.93, -0.002),
+        (top, 0.090, side * 0.80, 0.0),
+    ]
+    return loft(sections, cap=0.35)
 
 
 def _thorax(shoulders: float, top: float) -> Mesh:
     side = max(shoulders / 2.0, 0.15)
-    return loft(
-        [
-            (-0.01, 0.088, side * 0.70, 0.0),
-            (top * 0.35, 0.106, side * 0.80, 0.004),
-            (top * 0.62, 0.112, side * 0.88, 0.004),
-            (top * 0.80, 0.094, side * 0.90, -0.004),
-            (top * 0.93, 0.066, side * 0.66, -0.010),
-            (top * 1.02, 0.050, 0.070, -0.008),
-        ],
-        cap=0.4,
-    )
+    sections = [
+        (-0.01, 0.088, side * 0.70, 0.0),
+        (top * 0.35, 0.106, side * 0.80, 0.004),
+        (top * 0.62, 0.112, side * 0.88, 0.004),
+        (top * 0.80, 0.094, side * 0.90, -0.004),
+        (top * 0.93, 0.066, side * 0.66, -0.010),
+        (top * 1.02, 0.050, 0.070, -0.008),
+    ]
+    return loft(sections, cap=0.4)
 
 
 def _head(middle: float) -> Mesh:

@@ -61,10 +61,7 @@ def part_poses(
             bones.append(end - start)
         carried = np.stack([rotations.get(part, turned[CARRIERS[part]]) for part in level])
         turned.update(zip(level, _swung(carried, np.stack(bones)), strict=True))
-    return (
-        np.stack([origins[part] for part in PARTS]),
-        np.stack([turned[part] for part in PARTS]),
-    )
+    return (np.stack([origins[part] for part in PARTS]), np.stack([turned[part] for part in PARTS]))
 
 
 def quaternions(rotations: FloatArray) -> FloatArray:

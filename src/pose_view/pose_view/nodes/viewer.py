@@ -126,13 +126,8 @@ class ViewerNode(Node):
         for body in self._graph.bodies:
             self._look_at(body)
         for sensor in self._settings.sensors:
-            self._subscribe(
-                SkeletonArray,
-                skeletons_topic(sensor),
-                partial(self._on_raw, sensor),
-                qos_profile_sensor_data,
-                raw=True,
-            )
+            topic, take = skeletons_topic(sensor), partial(self._on_raw, sensor)
+            self._subscribe(SkeletonArray, topic, take, qos_profile_sensor_data, raw=True)
         self._subscribe(TFMessage, "tf", self._on_tf, raw=True)
         self._subscribe(MarkerArray, "arm/markers", self._graph.add_robot, latched(1))
         histories = {"target": self._graph.robot_asked, "joint_states": self._graph.robot_joints}
@@ -157,9 +152,7 @@ class ViewerNode(Node):
                 self._forget(body)
         names = (topic for topic, _ in self.get_topic_names_and_types())
         found = (BODY_TOPIC.match("/" + name.removeprefix(self._prefix)) for name in names)
-        shown = {
-            each["body"] for each in found if each and each["leaf"] in ("skeleton", "estimate")
-        }
+        shown = {m["body"] for m in found if m and m["leaf"] in ("skeleton", "estimate")}
         for body in sorted(shown - set(self._graph.bodies)):
             self._graph.add_body(body, place_of(body).title)
             self._look_at(body)
@@ -254,11 +247,9 @@ class ViewerNode(Node):
 
     def _report(self) -> Report:
         visitors = len(self.viewer.server.get_clients())
-        return Report(
-            level=Level.OK,
-            message=f"{self.viewer.server.address}, {visitors} browsers",
-            values={"visitors": visitors, **self._graph.counters.as_dict()},
-        )
+        message = f"{self.viewer.server.address}, {visitors} browsers"
+        values = {"visitors": visitors, **self._graph.counters.as_dict()}
+        return Report(level=Level.OK, message=message, values=values)
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)

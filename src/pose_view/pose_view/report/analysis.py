@@ -144,8 +144,5 @@ def _joints_in_map(recording: ReportData, reference: Reference) -> SkeletonSerie
     target = focus.at(reference.skeleton.stamps_ns)
     if (known_joints(target) & known_joints(reference.skeleton.positions)).sum() < 3:
         return None
-    return SkeletonSeries(
-        stamps_ns=reference.skeleton.stamps_ns,
-        positions=rigidly_aligned(reference.skeleton.positions, target),
-        tracking_state=reference.skeleton.tracking_state,
-    )
+    positions = rigidly_aligned(reference.skeleton.positions, target)
+    return replace(reference.skeleton, positions=positions)

@@ -40,15 +40,11 @@ def _motion(analysis: Analysis) -> str:
 
 def _angles(analysis: Analysis) -> str:
     """Angles of every method at its own instants."""
-    rows = (
-        (method, time, *values)
-        for method, series in analysis.angles.items()
-        for time, values in zip(
-            seconds(series.stamps_ns, analysis.recording.begin_ns),
-            np.degrees([series.angles[name] for name in ANGLES]).T,
-            strict=True,
-        )
-    )
+    rows: list[tuple[object, ...]] = []
+    for method, series in analysis.angles.items():
+        times = seconds(series.stamps_ns, analysis.recording.begin_ns)
+        angles = np.degrees([series.angles[name] for name in ANGLES]).T
+        rows += [(method, time, *values) for time, values in zip(times, angles, strict=True)]
     return _text(analysis, ("method", "time_s", *(f"{name}_deg" for name in ANGLES)), rows)
 
 

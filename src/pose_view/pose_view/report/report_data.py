@@ -6,12 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pose_core.api import (
-    EstimateSeries,
-    Extrinsics,
-    FloatArray,
-    SkeletonSeries,
-)
+from pose_core.api import EstimateSeries, Extrinsics, FloatArray, SkeletonSeries
 from pose_core.errors import InputError, PoseError
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
 from pose_evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods

@@ -20,6 +20,7 @@ from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
+from pose_node.plain_console import add_share
 from pose_view.messages import estimate_snapshot
 from pose_view.parameters import ViewParameters
 from pose_view.recorded import Recorded
@@ -53,13 +54,9 @@ def missing_bodies(recorded: Recorded, bodies: tuple[str, ...], bag: BagReader) 
     kinds = {FUSED} if is_raw else set()
     # Without IMUs, the cameras alone are the same as the fusion.
     kinds |= {"kinect", "imu"} if has_imus else set() if is_raw else {"kinect"}
-    found = {}
-    for body in bodies:
-        ending = body.rpartition("_")[2]
-        kind = ending if ending in SETTINGS else FUSED
-        if body not in recorded.bodies and kind in kinds:
-            found[body] = kind
-    return found
+    endings = {body: body.rpartition("_")[2] for body in bodies if body not in recorded.bodies}
+    found = {body: end if end in SETTINGS else FUSED for body, end in endings.items()}
+    return {body: kind for body, kind in found.items() if kind in kinds}
 
 
 def compute_bodies(
@@ -113,10 +110,7 @@ def view(words: Sequence[str]) -> int:
 
         run_viewer(vars(options))
     recorded = read(
-        options.bag,
-        parameters.bodies,
-        person=options.person,
-        max_people=options.max_people,
+        options.bag, parameters.bodies, person=options.person, max_people=options.max_people
     )
     viewer = Viewer(parameters, recorded=recorded)
     if viewer.server.opened:
@@ -130,11 +124,7 @@ def view(words: Sequence[str]) -> int:
 
 
 def read(
-    path: Path,
-    bodies: tuple[str, ...],
-    *,
-    person: str = "first",
-    max_people: int = 1,
+    path: Path, bodies: tuple[str, ...], *, person: str = "first", max_people: int = 1
 ) -> Recorded:
     """Read a recording and compute missing bodies.
 
@@ -145,14 +135,8 @@ def read(
         max_people: How many people's poses are computed.
     """
     console = Console(stderr=True)
-    progress = Progress(console=console, transient=True)
-    with open_bag(path) as bag, progress:
-
-        def task(name: str) -> Callable[[float], None]:
-            number = progress.add_task(name, total=1.0)
-            return lambda share: progress.update(number, completed=share)
-
-        recorded = Recorded(bag, task("reading"))
+    with open_bag(path) as bag, Progress(console=console, transient=True) as progress:
+        recorded = Recorded(bag, add_share(progress, "reading"))
         missing = missing_bodies(recorded, bodies, bag)
         if not missing:
             return recorded
@@ -167,7 +151,7 @@ def read(
         for body, kind in missing.items():
             people = max_people if kind == FUSED else 1
             chosen = replace(fusion, subject=body, max_people=people)
-            show = task(f"computing {body}")
+            show = add_share(progress, f"computing {body}")
             try:
                 computed, left_out = compute_bodies(bag, kind, chosen, extrinsics, show)
             except PoseError as error:

@@ -146,15 +146,9 @@ class Avatar:
         self._parts = [
             self._add(part, mesh, self._place.skin) for part, mesh in make_parts(measures).items()
         ]
-        self._balls = {
-            joint: self._add(
-                f"{BALLS[joint][0]}/{joint}",
-                mesh,
-                COLORS["predicted"],
-                position=ball_place(joint, measures),
-            )
-            for joint, mesh in make_balls(measures).items()
-        }
+        for joint, mesh in make_balls(measures).items():
+            name, place = f"{BALLS[joint].part}/{joint}", ball_place(joint, measures)
+            self._balls[joint] = self._add(name, mesh, COLORS["predicted"], position=place)
         for segment in self._imus:
             if segment in IMU_PLACES:
                 carrier, place = IMU_PLACES[segment]

@@ -35,11 +35,8 @@ class GraphPanel:
     def __init__(self, server: LocalServer, commands: GraphCommands) -> None:
         gui = server.gui
         self._status = gui.add_html("")
-        self._calibrate = gui.add_button(
-            "Calibrate cameras",
-            icon=viser.Icon.FOCUS_2,
-            hint="Calibrate the cameras again: walk about, raise the arms",
-        )
+        hint = "Calibrate the cameras again: walk about, raise the arms"
+        self._calibrate = gui.add_button("Calibrate cameras", icon=viser.Icon.FOCUS_2, hint=hint)
         self._record = gui.add_button("Start recording", icon=viser.Icon.PLAYER_RECORD, color="red")
         self._person = gui.add_dropdown(
             "Person", (ANYBODY,), hint="Person to track, by the id of the cameras"

@@ -29,11 +29,7 @@ def place_of(body: str) -> BodyPanel:
     name, _, kind = body.rpartition("_")
     if kind == "kinect":
         return BodyPanel(
-            body=body,
-            title="Kinects alone",
-            skin=(146, 170, 198),
-            line="#3f73ab",
-            wears_imus=False,
+            body=body, title="Kinects alone", skin=(146, 170, 198), line="#3f73ab", wears_imus=False
         )
     if kind == "imu":
         return BodyPanel(body=body, title="IMUs alone", skin=(156, 190, 164), line="#2f8f5b")

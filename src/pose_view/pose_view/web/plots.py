@@ -1,6 +1,7 @@
 """Panel with plots of selected angles, one line per body."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -51,27 +52,19 @@ def svg_plot(
         y_label: Label of the vertical axis, with its unit.
         y_range: Limits of the vertical axis.
     """
-
-    def across(value: FloatArray | float) -> FloatArray:
-        return LEFT + (np.asarray(value) - x[0]) / (x[-1] - x[0]) * (WIDTH - LEFT - RIGHT)
-
-    def down(value: FloatArray | float) -> FloatArray:
-        share = (np.asarray(value) - y_range[0]) / (y_range[1] - y_range[0])
-        return HEIGHT - BOTTOM - share * (HEIGHT - TOP - BOTTOM)
-
+    across: Callable[..., Any] = partial(np.interp, xp=(x[0], x[-1]), fp=(LEFT, WIDTH - RIGHT))
+    down: Callable[..., Any] = partial(np.interp, xp=y_range, fp=(HEIGHT - BOTTOM, TOP))
     parts = [
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" style="display:block;width:100%" '
         'font-family="sans-serif" font-size="9.5">'
     ]
     for tick in ticks(*y_range):
-        at = f"{down(tick):.1f}"
         grid = "#b8bcc4" if tick == 0.0 else "#e6e8ec"
-        parts.append(f'<path d="M{LEFT} {at}H{WIDTH - RIGHT}" stroke="{grid}"/>')
-        parts.append(_text(LEFT - 4, float(down(tick)) + 3.3, f"{tick:g}", "end"))
+        parts.append(f'<path d="M{LEFT} {down(tick):.1f}H{WIDTH - RIGHT}" stroke="{grid}"/>')
+        parts.append(_text(LEFT - 4, down(tick) + 3.3, f"{tick:g}", "end"))
     for tick in ticks(float(x[0]), float(x[-1])):
-        at = f"{across(tick):.1f}"
-        parts.append(f'<path d="M{at} {TOP}V{HEIGHT - BOTTOM}" stroke="#e6e8ec"/>')
-        parts.append(_text(float(across(tick)), HEIGHT - BOTTOM + 11, f"{tick:g}"))
+        parts.append(f'<path d="M{across(tick):.1f} {TOP}V{HEIGHT - BOTTOM}" stroke="#e6e8ec"/>')
+        parts.append(_text(across(tick), HEIGHT - BOTTOM + 11, f"{tick:g}"))
     parts.append(_text((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 5, x_label))
     middle = (TOP + HEIGHT - BOTTOM) / 2
     parts.append(
@@ -79,11 +72,8 @@ def svg_plot(
         f'transform="rotate(-90 10 {middle})">{y_label}</text>'
     )
     for row, color in zip(rows, colors, strict=True):
-        path = _path(across(x), down(row))
-        parts.append(
-            f'<path d="{path}" fill="none" stroke="{color}" stroke-width="1.6" '
-            'stroke-linejoin="round"/>'
-        )
+        style = f'fill="none" stroke="{color}" stroke-width="1.6" stroke-linejoin="round"'
+        parts.append(f'<path d="{_path(across(x), down(row))}" {style}/>')
     return "".join([*parts, "</svg>"])
 
 
@@ -97,15 +87,10 @@ def ticks(low: float, high: float) -> list[float]:
 
 def _path(x: FloatArray, y: FloatArray) -> str:
     """SVG path through the points, interrupted at NaN."""
-    words = []
-    is_on = False
-    for px, py in zip(x.tolist(), y.tolist(), strict=True):
-        if py != py:
-            is_on = False
-            continue
-        words.append(f"{'L' if is_on else 'M'}{px:.1f} {py:.1f}")
-        is_on = True
-    return "".join(words)
+    known = np.isfinite(y)
+    letters = np.where(known & np.append(False, known[:-1]), "L", "M")[known].tolist()
+    points = zip(letters, x[known].tolist(), y[known].tolist(), strict=True)
+    return "".join(f"{letter}{px:.1f} {py:.1f}" for letter, px, py in points)
 
 
 def _text(x: float, y: float, text: str, anchor: str = "middle") -> str:
@@ -130,10 +115,14 @@ class PlotPanel:
         self._time_label = time_label
         self._titles = titles()
         self._robot_joints: dict[str, str] = {}  # by title
-        panel = server.gui.add_panel()
+        gui = server.gui
+        panel = gui.add_panel()
         with panel.add_tab("Angles"):
-            self.legend = server.gui.add_html("")
-            self._plots = [self._add(server, title) for title in DEFAULTS]
+            self.legend = gui.add_html("")
+            self._plots: list[tuple[Any, Any]] = [
+                (gui.add_dropdown("Angle", self._titles, initial_value=title), gui.add_html(""))
+                for title in DEFAULTS
+            ]
         panel.dock_right()
         panel.set_width(WIDTH)
         self._write_legend()
@@ -201,28 +190,16 @@ class PlotPanel:
         for chosen, plot in self._plots:
             joint = self._robot_joints.get(chosen.value)
             if joint is None:
-                rows = [
-                    on_grid(track.times_s, curve(chosen.value, track), grid, GAP_S)
-                    for track in tracks
-                ]
+                curves = ((track.times_s, curve(chosen.value, track)) for track in tracks)
+                rows = [on_grid(times_s, values, grid, GAP_S) for times_s, values in curves]
                 colors = [place.line for place in self._places]
             elif robot is None:
                 continue
             else:
                 rows = [_joint_row(joint, track, grid) for track in robot]
                 colors = [ASKED_LINE, ROBOT_LINE]
-            plot.content = svg_plot(
-                grid - zero_s,
-                rows,
-                colors,
-                x_label=self._time_label,
-                y_label="angle [°]",
-                y_range=_range(rows),
-            )
-
-    def _add(self, server: LocalServer, title: str) -> tuple[Any, Any]:
-        chosen = server.gui.add_dropdown("Angle", self._titles, initial_value=title)
-        return chosen, server.gui.add_html("")
+            labels = {"x_label": self._time_label, "y_label": "angle [°]"}
+            plot.content = svg_plot(grid - zero_s, rows, colors, y_range=_range(rows), **labels)
 
 
 def _joint_row(joint: str, track: JointTrack, grid: FloatArray) -> FloatArray:

@@ -176,16 +176,12 @@ class Stage:
                 node.visible = self.shows_sensors
 
     def _draw_sensor(self, name: str, T: FloatArray) -> None:
-        scene = self._server.scene
-        scene.add_frame(
-            f"/sensors/{name}",
-            show_axes=False,
-            wxyz=quaternions(T[None, :3, :3])[0],
-            position=T[:3, 3],
-        )
-        scene.add_box(f"/sensors/{name}/case", color=KINECT_COLOR, dimensions=KINECT_SIZE)
+        scene, node = self._server.scene, f"/sensors/{name}"
+        wxyz = quaternions(T[None, :3, :3])[0]
+        scene.add_frame(node, show_axes=False, wxyz=wxyz, position=T[:3, 3])
+        scene.add_box(f"{node}/case", color=KINECT_COLOR, dimensions=KINECT_SIZE)
         scene.add_camera_frustum(
-            f"/sensors/{name}/view",
+            f"{node}/view",
             fov=FIELD_OF_VIEW,
             aspect=1.2,
             scale=0.11,
@@ -193,16 +189,11 @@ class Stage:
             thickness_units="screen",
             color=(90, 120, 170),
         )
-        scene.add_label(
-            f"/sensors/{name}/name",
-            f"Kinect {name}",
-            anchor="top-center",
-            position=(0.0, 0.08, 0.0),
-        )
+        above = (0.0, 0.08, 0.0)
+        scene.add_label(f"{node}/name", f"Kinect {name}", anchor="top-center", position=above)
 
     def _show_ghosts(self, snapshot: Snapshot) -> None:
         for index, (sensor, skeletons) in enumerate(sorted(snapshot.raw.items())):
-            name = f"/ghosts/{sensor}"
             T = snapshot.sensors.get(sensor)
             if not self.shows_ghosts or T is None or not skeletons:
                 node = self._ghosts.pop(sensor, None)
@@ -213,14 +204,11 @@ class Stage:
             starts = len(JOINT_INDEX) * np.arange(len(skeletons))
             lines = transformed(T, joints)[(starts[:, None, None] + BONES).reshape(-1, 2)]
             lines[~np.isfinite(lines).all(axis=(1, 2))] = 0.0  # of no length
+            points, color = lines.astype(np.float32), GHOST_COLORS[index % len(GHOST_COLORS)]
             node = self._ghosts.get(sensor)
-            if node is not None and node.points.shape == lines.shape:
-                node.points = lines.astype(np.float32)
+            if node is not None and node.points.shape == points.shape:
+                node.points = points
                 continue
             self._ghosts[sensor] = self._server.scene.add_line_segments(
-                name,
-                points=lines.astype(np.float32),
-                colors=GHOST_COLORS[index % len(GHOST_COLORS)],
-                thickness=4.0,
-                thickness_units="screen",
+                f"/ghosts/{sensor}", points, color, thickness=4.0, thickness_units="screen"
             )

@@ -8,7 +8,7 @@ import numpy as np
 import viser
 from viser import GuiCheckboxHandle
 
-from pose_view.body.joint_marks import CERTAIN, COLORS, MEANINGS, PALE, UNCERTAIN
+from pose_view.body.joint_marks import CERTAIN, COLORS, LEGEND, PALE, UNCERTAIN
 from pose_view.parameters import ViewParameters
 from pose_view.recorded import Recorded
 from pose_view.robot import JointTrack
@@ -28,9 +28,9 @@ CONTROL_WIDTH = 270  # [px]
 def legend_html() -> str:
     """A line for each colour of a joint, and a scale of certainty."""
     rows = "".join(
-        f'<div style="display:flex;align-items:center;margin:0.2em 0">{_dot(COLORS[key])}'
+        f'<div style="display:flex;align-items:center;margin:0.2em 0">{_dot(color)}'
         f"<span>{meaning}</span></div>"
-        for key, meaning in MEANINGS.items()
+        for color, meaning in LEGEND.values()
     )
     steps = "".join(
         _dot(tuple(np.rint((1 - p) * np.array(COLORS["tracked"]) + p * PALE)), 0.75 + 0.35 * p)

@@ -27,14 +27,9 @@ from pose_view.report.figures.canvas import (
     without_wraps,
 )
 from pose_view.report.report_data import seconds
+from pose_view.report.tables.stability import SOURCES
 
 MOST_DOTS = 400  # largest number of dots in a plot
-SOURCE_COLOURS = {
-    Source.PREDICTED: "#bbbbbb",
-    Source.KINECT: "#56B4E9",
-    Source.IMU: "#117733",
-    Source.FUSED: "#D55E00",
-}
 STRIP_COLUMNS = 700  # instants drawn in the strip of sources
 
 
@@ -147,7 +142,7 @@ def source_figure(analysis: Analysis, method: str) -> FigureSet:
     estimates = analysis.recording.estimates[method]
     names = [readable(name) for name in estimates.names]
     begin, end, states = _strip(estimates, analysis.recording.begin_ns)
-    colours = ListedColormap([SOURCE_COLOURS[source] for source in Source])
+    colours = ListedColormap([SOURCES[source][1] for source in Source])
     with plot(width=720.0, height=60.0 + 14.0 * len(names)) as (figure, (axes,)):
         axes.imshow(
             states.T,
@@ -165,11 +160,8 @@ def source_figure(analysis: Analysis, method: str) -> FigureSet:
             axes.axhline(edge, color="white", linewidth=1.0)
         axes.set(xlabel="time [s]", xlim=(0.0, analysis.recording.duration_s))
         drawing = picture(figure, "", f"sources of {method_label(method)} over time")
-    return FigureSet(
-        caption=f"Source of each degree of freedom: {method_label(method)}",
-        pictures=[drawing],
-        is_wide=True,
-    )
+    caption = f"Source of each degree of freedom: {method_label(method)}"
+    return FigureSet(caption=caption, pictures=[drawing], is_wide=True)
 
 
 def _strip(estimates: EstimateSeries, begin_ns: int) -> tuple[float, float, np.ndarray]:

@@ -44,17 +44,22 @@ STYLE: Any = {
     "ytick.color": "#444444",
     "path.simplify_threshold": 0.4,
 }
+GREY = "#555555"
 # Okabe and Ito (2008), and Tol's muted colours: distinguishable with any colour vision.
-COLOURS = {
-    REFERENCE: "#000000",
-    "fused": "#D55E00",
-    "mean": "#8C8C8C",
-    "joint_kf": "#E69F00",
-    "dof_kf": "#999933",
-    "li2020": "#0072B2",
-    "default": "#AA1166",
-    "imu": "#117733",
+METHODS = {
+    REFERENCE: ("#000000", "what it is compared with"),
+    "fused": ("#D55E00", "what the recording itself holds"),
+    "mean": ("#8C8C8C", "of all cameras, without a filter"),
+    "joint_kf": ("#E69F00", "a linear Kalman filter for each joint's position (Moon et al. 2016)"),
+    "dof_kf": ("#999933", "a linear Kalman filter on joint angles (the ablation of Li et al.)"),
+    "li2020": ("#0072B2", "the unscented filter on a kinematic tree of Li et al. (2020)"),
+    "zhang2015": (GREY, "cameras and IMUs weighted by their variances (Zhang et al. 2015)"),
+    "default": ("#AA1166", "this project's error-state filter on a kinematic tree"),
+    "smoothed": (GREY, "the same, which looks ahead too"),
+    "ukf": (GREY, "the default by its other name"),
+    "imu": ("#117733", "the IMUs alone"),
 }
+"""Colour and description of each method; all others are cameras."""
 SENSOR_COLOURS = ("#56B4E9", "#009E73", "#BBAA00", "#6699CC")
 
 
@@ -83,7 +88,8 @@ def method_style(name: str, sensors: Sequence[str]) -> dict[str, Any]:
     plain = name.removesuffix("+imus")
     dashes: Any = (0, (4, 1.2)) if plain != name else "-"
     width = 1.7 if name in (REFERENCE, "fused") else 1.2
-    return {"color": COLOURS.get(plain, "#555555"), "linewidth": width, "linestyle": dashes}
+    colour, _ = METHODS.get(plain, (GREY, ""))
+    return {"color": colour, "linewidth": width, "linestyle": dashes}
 
 
 def group_of(name: str) -> str:

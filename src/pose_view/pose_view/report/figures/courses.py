@@ -1,7 +1,8 @@
-"""Figures over time, in the layout of the papers' figures.
+"""Figures over time and over cycles, in the layout of the papers' figures.
 
 Angles as in li2020's figures 4 and 5, a joint's x, y, z as in its figures 3 and 6, pitch, yaw and
-roll of the limbs as in zhang2015's figures 8 and 9; and bone lengths.
+roll of the limbs as in zhang2015's figures 8 and 9; bone lengths; and angles over the
+cycle.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,6 +12,7 @@ import numpy as np
 
 from pose_core.api import ANGLES, FloatArray, IntArray, SkeletonSeries, wrapped
 from pose_core.joints import JOINT_INDEX
+from pose_evaluation.gait_cycles import PERCENT
 from pose_evaluation.limb_attitude import LIMBS, limb_attitude, limb_roll, segment_rotations
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.plots import BONES_SHOWN
@@ -21,6 +23,7 @@ from pose_view.report.figures.canvas import (
     HEIGHT,
     FigureSet,
     Picture,
+    group_of,
     line,
     method_style,
     picture,
@@ -142,6 +145,33 @@ def bone_figures(analysis: Analysis) -> FigureSet:
         label = f"length of {title} over time"
         pictures.append(_over_time(analysis, curves, title, label, "length [cm]"))
     return FigureSet(caption="Bone lengths over time", pictures=pictures)
+
+
+def cycle_figures(analysis: Analysis, side: str) -> FigureSet:
+    """One side's angles over its cycles, by all methods: mean ± one standard deviation."""
+    curves = analysis.curves[side]
+    sensors = analysis.recording.sensors
+    pictures = []
+    for angle in (name for name in ANGLES if name.startswith(side)):
+        with plot() as (figure, (axes,)):
+            for name, by_angle in curves.items():
+                if angle not in by_angle:
+                    continue
+                curve, style = by_angle[angle], method_style(name, sensors)
+                axes.fill_between(
+                    PERCENT,
+                    curve.mean_deg - curve.sd_deg,
+                    curve.mean_deg + curve.sd_deg,
+                    color=style["color"],
+                    alpha=0.22 if name in (REFERENCE, analysis.recording.focus) else 0.09,
+                    linewidth=0,
+                    gid=group_of(name) + "--1",
+                )
+                axes.plot(PERCENT, curve.mean_deg, gid=group_of(name), **style)
+            axes.set(xlabel="cycle [%]", ylabel="angle [deg]", xlim=(0.0, 100.0))
+            title = readable(angle)
+            pictures.append(picture(figure, title, f"{title} over the cycle"))
+    return FigureSet(caption=f"Mean ± SD over the cycles, {side} side", pictures=pictures)
 
 
 def legend(analysis: Analysis) -> dict[str, str]:

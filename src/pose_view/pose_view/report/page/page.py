@@ -14,7 +14,7 @@ from pose_evaluation.offline import IMU_ENDING
 from pose_evaluation.table import Table, number
 from pose_evaluation.tables import method_label
 from pose_view.report.analysis import REFERENCE, Analysis
-from pose_view.report.figures.canvas import FigureSet, group_of, method_style
+from pose_view.report.figures.canvas import METHODS, FigureSet, group_of, method_style
 from pose_view.report.figures.courses import legend
 from pose_view.report.page.sections import Section, sections
 
@@ -24,20 +24,7 @@ EXCESS, EXCESS_CM = 1.5, 2.0  # [-], [cm] above the best rigid fit: the extrinsi
 LONG_GAP_S = 1.0  # [s]
 RAW = "raw skeletons (kinect_<name>/skeletons)"
 
-MEANINGS = {
-    REFERENCE: "what it is compared with",
-    MEAN: "of all cameras, without a filter",
-    FUSED: "what the recording itself holds",
-    "joint_kf": "a linear Kalman filter for each joint's position (Moon et al. 2016)",
-    "dof_kf": "a linear Kalman filter on joint angles (the ablation of Li et al.)",
-    "li2020": "the unscented filter on a kinematic tree of Li et al. (2020)",
-    "zhang2015": "cameras and IMUs weighted by their variances (Zhang et al. 2015)",
-    "default": "this project's error-state filter on a kinematic tree",
-    "smoothed": "the same, which looks ahead too",
-    "ukf": "the default by its other name",
-    "imu": "the IMUs alone",
-}
-"""Description of each method; all others are cameras."""
+CAMERA = ("", "one camera, as it is")
 EARLIEST_NS = 1_262_304_000 * 1_000_000_000  # [ns] 2010, the first Kinect's year: before, no dates
 
 
@@ -138,8 +125,8 @@ def render_page(analysis: Analysis, joint: str) -> str:
     )
     environment.tests["table"] = lambda block: isinstance(block, Table)
     environment.tests["figures"] = lambda block: isinstance(block, FigureSet)
-    parts = sections(analysis, joint)
-    return environment.get_template("report.html.jinja").render(
+    parts, template = sections(analysis, joint), environment.get_template("report.html.jinja")
+    return template.render(
         title=f"Report: {analysis.recording.name}",
         is_synthetic=analysis.is_synthetic,
         verdict=verdict(analysis),
@@ -209,7 +196,7 @@ def _methods(analysis: Analysis, parts: Sequence[Section]) -> list[dict[str, obj
     return [
         {
             "name": text,
-            "meaning": MEANINGS.get(name.removesuffix(IMU_ENDING), "one camera, as it is")
+            "meaning": METHODS.get(name.removesuffix(IMU_ENDING), CAMERA)[1]
             + (", with the IMUs weighted in" if name.endswith(IMU_ENDING) else ""),
             "group": group_of(name),
             "colour": method_style(name, sensors)["color"],

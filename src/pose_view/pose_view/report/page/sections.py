@@ -1,6 +1,6 @@
 """The sections of the page."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from markupsafe import Markup
@@ -9,41 +9,9 @@ from pose_evaluation.gait_cycles import Cycles
 from pose_evaluation.table import Table
 from pose_evaluation.tables import method_label, readable, stability_table, view_tables
 from pose_view.report.analysis import REFERENCE, Analysis
-from pose_view.report.figures.agreement import (
-    SOURCE_COLOURS,
-    bland_altman_figures,
-    source_figure,
-    uncertainty_figures,
-)
+from pose_view.report.figures import agreement, courses
 from pose_view.report.figures.canvas import FigureSet
-from pose_view.report.figures.courses import (
-    ROLE_COLOURS,
-    angle_figures,
-    attitude_figures,
-    attitude_sources,
-    bone_figures,
-    joint_figures,
-)
-from pose_view.report.figures.cycles import cycle_figures
-from pose_view.report.tables.accuracy import (
-    accuracy_tables,
-    coverage_table,
-    overview_table,
-)
-from pose_view.report.tables.motion import (
-    cycle_table,
-    peak_table,
-    range_table,
-    symmetry_table,
-)
-from pose_view.report.tables.stability import (
-    SOURCE_NAMES,
-    bone_table,
-    jerk_table,
-    method_table,
-    source_table,
-    timing_table,
-)
+from pose_view.report.tables import accuracy, motion, stability
 
 Block = Table | FigureSet | str
 """A table, figures, or a paragraph."""
@@ -55,32 +23,30 @@ class Section:
 
     anchor: str
     title: str
-    blocks: Sequence[Block]
+    blocks: Iterable[Block]
     has_methods: bool = False  # whether its figures show methods that can be hidden
 
 
 def sections(analysis: Analysis, joint: str) -> list[Section]:
     """All sections with content for this recording."""
-    compared = analysis.compared
-    parts = []
-    if compared is not None:
-        tables = [overview_table(compared.evaluation), *accuracy_tables(compared.evaluation)]
-        parts.append(Section(anchor="accuracy", title="Accuracy", blocks=tables))
-    tables = [*view_tables(analysis.agreement), method_table(analysis.angles)]
-    parts.append(Section(anchor="agreement", title="Agreement", blocks=tables))
-    figures = [angle_figures(analysis)]
-    parts.append(
-        Section(anchor="angles", title="Angles over time", blocks=figures, has_methods=True)
+    path = f"Path of the {readable(joint)}"
+    parts = (  # anchor, title, content, whether methods can be hidden
+        ("accuracy", "Accuracy", _accuracy(analysis), False),
+        ("agreement", "Agreement", _agreement(analysis), False),
+        ("angles", "Angles over time", [courses.angle_figures(analysis)], True),
+        ("bland-altman", "Bland–Altman plots", _bland_altman(analysis), False),
+        ("motion", "Range of motion and symmetry", _motion(analysis), False),
+        ("cycles", "Cycles", _cycles(analysis), True),
+        ("uncertainty", "Uncertainty", _uncertainty(analysis), False),
+        ("sources", "Sources", _sources(analysis), False),
+        ("attitudes", "Pitch, yaw and roll of the limbs", _attitudes(analysis), False),
+        ("joint", path, _joint(analysis, joint), True),
+        ("stability", "Stability", _stability(analysis), True),
     )
-    if compared is not None and analysis.recording.focus not in compared.left_out:
-        figures = [bland_altman_figures(analysis, compared)]
-        parts.append(Section(anchor="bland-altman", title="Bland–Altman plots", blocks=figures))
-    parts.append(_motion(analysis))
-    parts.append(_cycles(analysis))
-    if analysis.recording.estimates:
-        parts += [_uncertainty(analysis), _sources(analysis)]
-    parts += [_attitudes(analysis), _joint(analysis, joint), _stability(analysis)]
-    return without_empty(parts)
+    return without_empty(
+        Section(anchor=anchor, title=title, blocks=blocks, has_methods=has_methods)
+        for anchor, title, blocks, has_methods in parts
+    )
 
 
 def without_empty(parts: Iterable[Section]) -> list[Section]:
@@ -92,28 +58,39 @@ def without_empty(parts: Iterable[Section]) -> list[Section]:
     return [part for part in full if part.blocks]
 
 
-def _motion(analysis: Analysis) -> Section:
+def _accuracy(analysis: Analysis) -> Iterator[Block]:
+    if analysis.compared is not None:
+        yield accuracy.overview_table(analysis.compared.evaluation)
+        yield from accuracy.accuracy_tables(analysis.compared.evaluation)
+
+
+def _agreement(analysis: Analysis) -> Iterator[Block]:
+    yield from view_tables(analysis.agreement)
+    yield stability.method_table(analysis.angles)
+
+
+def _bland_altman(analysis: Analysis) -> Iterator[Block]:
+    compared = analysis.compared
+    if compared is not None and analysis.recording.focus not in compared.left_out:
+        yield agreement.bland_altman_figures(analysis, compared)
+
+
+def _motion(analysis: Analysis) -> Iterator[Block]:
     of = REFERENCE if analysis.compared is not None else analysis.recording.focus
-    shown = list(dict.fromkeys([of, analysis.recording.focus]))
-    blocks = [range_table(analysis.ranges)]
-    for name in shown:
-        blocks += [peak_table(name, analysis.ranges[name])]
-        blocks += [symmetry_table(name, analysis.ranges[name])]
-    return Section(anchor="motion", title="Range of motion and symmetry", blocks=blocks)
+    yield motion.range_table(analysis.ranges)
+    for name in dict.fromkeys([of, analysis.recording.focus]):
+        yield motion.peak_table(name, analysis.ranges[name])
+        yield motion.symmetry_table(name, analysis.ranges[name])
 
 
-def _cycles(analysis: Analysis) -> Section:
-    blocks: list[Block] = []
+def _cycles(analysis: Analysis) -> Iterator[Block]:
     for side, cycles in analysis.cycles.items():
         methods = tuple(name for name in analysis.angles if analysis.curves[side].get(name))
-        blocks.append(_cycles_text(cycles, analysis.cycles_of))
-        blocks.append(cycle_figures(analysis, side))
-        blocks.append(cycle_table(side, analysis.curves[side], methods))
-    if not blocks:
-        blocks.append(
-            "No movement was found that repeats at least three times with like length and course."
-        )
-    return Section(anchor="cycles", title="Cycles", blocks=blocks, has_methods=True)
+        yield _cycles_text(cycles, analysis.cycles_of)
+        yield courses.cycle_figures(analysis, side)
+        yield motion.cycle_table(side, analysis.curves[side], methods)
+    if not analysis.cycles:
+        yield "No movement was found that repeats at least three times with like length and course."
 
 
 def _cycles_text(cycles: Cycles, source: str) -> str:
@@ -125,24 +102,25 @@ def _cycles_text(cycles: Cycles, source: str) -> str:
     )
 
 
-def _uncertainty(analysis: Analysis) -> Section:
-    blocks: list[Block] = []
+def _uncertainty(analysis: Analysis) -> Iterator[Block]:
+    if not analysis.recording.estimates:
+        return
     line = ""
     if analysis.compared is not None:
-        table = coverage_table(analysis.compared.coverage)
-        blocks += [] if table is None else [table]
         line = "; black line: the reference"
-    blocks.append(f"Dark band: 1 σ, light band: 2 σ{line}.")
-    blocks.append(uncertainty_figures(analysis, _account_of(analysis)))
-    return Section(anchor="uncertainty", title="Uncertainty", blocks=blocks)
+        table = accuracy.coverage_table(analysis.compared.coverage)
+        if table is not None:
+            yield table
+    yield f"Dark band: 1 σ, light band: 2 σ{line}."
+    yield agreement.uncertainty_figures(analysis, _account_of(analysis))
 
 
-def _sources(analysis: Analysis) -> Section:
-    method = _account_of(analysis)
-    key = _key((name, SOURCE_COLOURS[source]) for source, name in SOURCE_NAMES.items())
-    table = source_table(method, analysis.recording.estimates[method])
-    blocks: list[Block] = [key, source_figure(analysis, method), table]
-    return Section(anchor="sources", title="Sources", blocks=blocks)
+def _sources(analysis: Analysis) -> Iterator[Block]:
+    if analysis.recording.estimates:
+        method = _account_of(analysis)
+        yield _key(stability.SOURCES.values())
+        yield agreement.source_figure(analysis, method)
+        yield stability.source_table(method, analysis.recording.estimates[method])
 
 
 def _key(entries: Iterable[tuple[str, str]]) -> Markup:
@@ -157,9 +135,11 @@ def _account_of(analysis: Analysis) -> str:
     return analysis.recording.focus if analysis.recording.focus in estimates else [*estimates][-1]
 
 
-def _attitudes(analysis: Analysis) -> Section:
-    roles = attitude_sources(analysis)
-    key = _key((f"{role} ({method_label(n)})", ROLE_COLOURS[role]) for role, n in roles.items())
+def _attitudes(analysis: Analysis) -> Iterator[Block]:
+    roles = courses.attitude_sources(analysis)
+    key = _key(
+        (f"{role} ({method_label(n)})", courses.ROLE_COLOURS[role]) for role, n in roles.items()
+    )
     text = key + (
         f"{'; black: the reference' if analysis.compared is not None else ''}. Pitch is the "
         "limb's direction above the horizontal (−90°: it hangs down), yaw its heading in map; "
@@ -167,27 +147,22 @@ def _attitudes(analysis: Analysis) -> Section:
     )
     if "IMU" not in roles:
         text += " There is no result of the IMUs alone in this recording."
-    blocks: list[Block] = [text, attitude_figures(analysis)] if roles else [text]
-    return Section(anchor="attitudes", title="Pitch, yaw and roll of the limbs", blocks=blocks)
+    yield text
+    if roles:
+        yield courses.attitude_figures(analysis)
 
 
-def _joint(analysis: Analysis, joint: str) -> Section:
-    text = "All in map; the reference is moved by one rotation and translation onto "
-    text += f"{method_label(analysis.recording.focus)}."
-    has_joints = analysis.compared is not None and analysis.compared.joints is not None
-    blocks = [joint_figures(analysis, joint)]
-    return Section(
-        anchor="joint",
-        title=f"Path of the {readable(joint)}",
-        blocks=[text, *blocks] if has_joints else blocks,
-        has_methods=True,
-    )
+def _joint(analysis: Analysis, joint: str) -> Iterator[Block]:
+    if analysis.compared is not None and analysis.compared.joints is not None:
+        focus = method_label(analysis.recording.focus)
+        yield f"All in map; the reference is moved by one rotation and translation onto {focus}."
+    yield courses.joint_figures(analysis, joint)
 
 
-def _stability(analysis: Analysis) -> Section:
-    blocks: list[Block] = [stability_table(analysis.stability)]
+def _stability(analysis: Analysis) -> Iterator[Block]:
+    yield stability_table(analysis.stability)
     if analysis.recording.estimates:
-        blocks.append(timing_table(analysis.recording.estimates))
-    blocks += [bone_figures(analysis), bone_table(analysis.stability)]
-    blocks.append(jerk_table(analysis.stability))
-    return Section(anchor="stability", title="Stability", blocks=blocks, has_methods=True)
+        yield stability.timing_table(analysis.recording.estimates)
+    yield courses.bone_figures(analysis)
+    yield stability.bone_table(analysis.stability)
+    yield stability.jerk_table(analysis.stability)

@@ -7,7 +7,7 @@ from pose_core.api import ANGLES
 from pose_core.joints import SIDES
 from pose_evaluation.gait_cycles import CycleCurve
 from pose_evaluation.range_of_motion import AngleRange, symmetry_index_percent
-from pose_evaluation.table import Row, Table, number, number_row, text_row
+from pose_evaluation.table import UNKNOWN, Row, Table, number, number_row, text_row
 from pose_evaluation.tables import method_label, readable
 from pose_view.report.tables.by_part import part_table
 
@@ -72,16 +72,17 @@ def cycle_table(
     for angle in (name for name in ANGLES if name.startswith(side)):
         found = [curves.get(method, {}).get(angle) for method in methods]
         if any(found):
-            texts = [
-                "–"
-                if c is None
-                else f"{number(c.range_mean_deg, 1)} ±\N{NO-BREAK SPACE}{number(c.range_sd_deg, 1)}"
-                for c in found
-            ]
-            rows.append(text_row(readable(angle), *texts))
+            rows.append(text_row(readable(angle), *map(_mean_and_sd, found)))
     return Table(
         caption=f"Range of motion of a cycle, {side} side: mean ± SD between cycles [deg]",
         head="angle",
         columns=[method_label(method) for method in methods],
         rows=rows,
     )
+
+
+def _mean_and_sd(curve: CycleCurve | None) -> str:
+    if curve is None:
+        return UNKNOWN
+    mean, sd = number(curve.range_mean_deg, 1), number(curve.range_sd_deg, 1)
+    return f"{mean} ±\N{NO-BREAK SPACE}{sd}"

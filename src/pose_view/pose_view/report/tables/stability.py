@@ -11,29 +11,24 @@ from pose_evaluation.table import Table, number_row
 from pose_evaluation.tables import method_label, readable
 from pose_view.report.tables.by_part import part_table
 
-SOURCE_NAMES = {
-    Source.KINECT: "Kinect",
-    Source.FUSED: "Kinect and IMU",
-    Source.IMU: "IMU",
-    Source.PREDICTED: "predicted",
+SOURCES = {
+    Source.KINECT: ("Kinect", "#56B4E9"),
+    Source.FUSED: ("Kinect and IMU", "#D55E00"),
+    Source.IMU: ("IMU", "#117733"),
+    Source.PREDICTED: ("predicted", "#bbbbbb"),
 }
+"""Name and colour of each source."""
 
 
 def method_table(angles: Mapping[str, AngleSeries]) -> Table:
     """Differences between the methods and the reference."""
     differences = angle_differences_deg(angles)
+    rows = {one: [differences.get((one, two), np.nan) for two in angles] for one in angles}
     return Table(
         caption="Difference of the methods: RMS, mean of the angles [deg]",
         head="method",
         columns=[method_label(name) for name in angles],
-        rows=[
-            number_row(
-                method_label(first),
-                [differences.get((first, second), np.nan) for second in angles],
-                1,
-            )
-            for first in angles
-        ],
+        rows=[number_row(method_label(name), values, 1) for name, values in rows.items()],
         note="Each pair over its common time and the angles that both have; no lag is removed.",
     )
 
@@ -52,18 +47,15 @@ def jerk_table(stability: Mapping[str, MethodStability]) -> Table:
 
 def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
     """Latency of each method."""
+    latencies_ms = {
+        name: (1000.0 * np.percentile(each.latency_s, [50, 99, 100])).tolist()
+        for name, each in estimates.items()
+    }
     return Table(
         caption="Latency: from the newest sample's capture to the result [ms]",
         head="method",
         columns=("median", "99 %", "longest"),
-        rows=[
-            number_row(
-                method_label(name),
-                [1000.0 * float(q) for q in np.percentile(each.latency_s, [50, 99, 100])],
-                0,
-            )
-            for name, each in estimates.items()
-        ],
+        rows=[number_row(method_label(name), values, 0) for name, values in latencies_ms.items()],
         note="fused: measured by the live node, including computation. All others were run on the "
         "recording: time waiting for samples, without computation.",
     )
@@ -71,17 +63,15 @@ def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
 
 def source_table(name: str, estimates: EstimateSeries) -> Table:
     """Share of the time in which each degree of freedom came from each source."""
-    rows = []
-    for index, dof in enumerate(estimates.names):
-        states = estimates.source[:, index]
-        shares = [100.0 * float(np.mean(states == source)) for source in SOURCE_NAMES]
-        rows.append(number_row(readable(dof), shares, 0))
-    whole = [100.0 * float(np.mean(estimates.source == source)) for source in SOURCE_NAMES]
+    is_from = estimates.source == np.array(list(SOURCES))[:, None, None]
+    shares = (100.0 * is_from.mean(axis=1).T).tolist()
+    whole = (100.0 * is_from.mean(axis=(1, 2))).tolist()
+    rows = [number_row(readable(d), s, 0) for d, s in zip(estimates.names, shares, strict=True)]
     rows.append(number_row("all", whole, 1, is_summary=True))
     return Table(
         caption=f"Source of each degree of freedom: {method_label(name)} [% of its instants]",
         head="degree of freedom",
-        columns=tuple(SOURCE_NAMES.values()),
+        columns=tuple(name for name, _ in SOURCES.values()),
         rows=rows,
     )
 
