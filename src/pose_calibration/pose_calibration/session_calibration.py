@@ -106,7 +106,7 @@ def calibrate(
         extrinsics=replace(extrinsics, body=measure_body(_all(by_sensor), assume_unseen=True)),
         clock_offsets=offsets,
         imus=found,
-        moved=find_moved(frames, extrinsics),
+        moved=find_moved(by_sensor, extrinsics),
     )
 
 
@@ -198,7 +198,7 @@ def moved_sensors(
         by_sensor, _ = _sorted(samples, extrinsics.sensors)
     except CalibrationError:
         return ()
-    return find_moved_or_displaced(_aligned(by_sensor, extrinsics.clocks), extrinsics)
+    return find_moved_or_displaced(by_sensor, extrinsics)
 
 
 def _with_recorded_stamps(

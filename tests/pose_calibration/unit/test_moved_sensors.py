@@ -1,5 +1,7 @@
 """A sensor that is moved during a recording is found, and when."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -7,20 +9,26 @@ from walking_person import POSES, frames, sensor_pose
 
 from pose_calibration.extrinsics.moved_sensors import find_moved, find_moved_or_displaced
 from pose_core.session.extrinsics import extrinsics_from_map
-from pose_core.streams.time_alignment import AlignedFrame
 
 HALF_S = 50.0
 HALF_NS = 50_000_000_000
 
 
 def recording(after, poses=POSES):
-    """Frames with the first poses, then with those after the motion."""
+    """Samples with the first poses, then with those after the motion."""
     first = frames(duration_s=HALF_S, noise=0.02, seed=1, poses=poses)
     second = frames(duration_s=HALF_S, noise=0.02, seed=2, poses=after)
     start_ns = first[0].stamp_ns + HALF_NS - second[0].stamp_ns
-    return first + [
-        AlignedFrame(stamp_ns=each.stamp_ns + start_ns, samples=each.samples) for each in second
+    later = [
+        {name: replace(one, stamp_ns=one.stamp_ns + start_ns) for name, one in each.items()}
+        for each in (frame.samples for frame in second)
     ]
+    return by_sensor([*(frame.samples for frame in first), *later])
+
+
+def by_sensor(frames):
+    """Samples by sensor, of frames by sensor."""
+    return {name: [frame[name] for frame in frames if name in frame] for name in frames[0]}
 
 
 def bumped(sensor, poses=POSES):
@@ -50,12 +58,13 @@ def test_sensors_that_stand_still_are_not_named():
 
 
 def test_a_short_recording_says_nothing():
-    some = frames(duration_s=20.0, noise=0.02, seed=1)
+    some = by_sensor([f.samples for f in frames(duration_s=20.0, noise=0.02, seed=1)])
     assert find_moved(some, extrinsics_from_map(POSES)) == ()
 
 
 def test_a_sensor_moved_since_its_calibration_is_named_by_how_far_its_view_is():
-    some = frames(duration_s=20.0, rate=30.0, noise=0.02, seed=1)
+    walk = frames(duration_s=20.0, rate=30.0, noise=0.02, seed=1)
+    some = by_sensor([frame.samples for frame in walk])
     assert find_moved_or_displaced(some, extrinsics_from_map(POSES)) == ()
     T = POSES["right"].copy()
     T[:3, 3] += [0.0, 0.15, 0.0]

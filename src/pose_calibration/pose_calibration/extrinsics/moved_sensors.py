@@ -17,16 +17,19 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pose_calibration.extrinsics.frame_memory import placed_positions
-from pose_core.api import AlignedFrame, Extrinsics, FloatArray
+from pose_core.api import Extrinsics, FloatArray, SkeletonSample, TrackingState
 from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.stamps import NS_PER_S
+from pose_core.streams.clocks import series_on_reference_clock
+from pose_core.streams.series import longest_gap_s, series_from_samples
+from pose_core.transforms import transformed
 
-WINDOW_NS = 10 * NS_PER_S
-LEAST_FRAMES = 40  # [-] in a window
-COMPARED_HZ = 14.0  # [Hz] of the frames compared with given extrinsics: it is done every time
-LEAST_JOINTS = 4  # [-] in a frame
+WINDOW_S = 10.0
+COMPARED_HZ = 14.0  # [Hz] of the instants at which views are compared
+LEAST_INSTANTS = 40  # [-] in a window
+LEAST_JOINTS = 4  # [-] at an instant
 LEAST_WINDOWS = 3  # [-] before and after
 HUBER_M = 0.04  # [m] residual from which on a joint has less weight
 ITERATIONS = 5
@@ -73,38 +76,56 @@ class Displaced:
         )
 
 
-def find_moved(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> tuple[MovedDuring, ...]:
+BySensor: TypeAlias = Mapping[str, Sequence[SkeletonSample]]
+
+
+def find_moved(by_sensor: BySensor, extrinsics: Extrinsics) -> tuple[MovedDuring, ...]:
     """Sensors that were moved during a recording, by each sensor's view and the reference's.
 
     Args:
-        frames: All sensors' skeletons at common instants, in the order of time.
-        extrinsics: As estimated from all of them.
+        by_sensor: One person's samples by sensor.
+        extrinsics: As estimated from all of them, with clocks.
     """
-    return _moved(_views(frames, extrinsics), extrinsics.reference)
+    return _moved(_views(by_sensor, extrinsics), extrinsics.reference)
 
 
 def find_moved_or_displaced(
-    frames: Sequence[AlignedFrame], extrinsics: Extrinsics
+    by_sensor: BySensor, extrinsics: Extrinsics
 ) -> tuple[MovedDuring | Displaced, ...]:
     """:func:`find_moved`, or where it finds none the views that do not fit the reference's.
 
     Args:
-        frames: See :func:`find_moved`; about :data:`COMPARED_HZ` are used.
-        extrinsics: As given, not estimated from these frames.
+        by_sensor: See :func:`find_moved`.
+        extrinsics: As given, not estimated from these samples; with clocks.
     """
-    duration_s = (frames[-1].stamp_ns - frames[0].stamp_ns) / NS_PER_S if frames else 0.0
-    every = max(1, int(len(frames) / (COMPARED_HZ * max(duration_s, 1.0))))
-    views = _views(frames[::every], extrinsics)
+    views = _views(by_sensor, extrinsics)
     return _moved(views, extrinsics.reference) or _displaced(views, extrinsics.reference)
 
 
 Views: TypeAlias = Mapping[str, tuple[FloatArray, FloatArray]]  # of each sensor but the reference
 
 
-def _views(frames: Sequence[AlignedFrame], extrinsics: Extrinsics) -> Views:
+def _views(by_sensor: BySensor, extrinsics: Extrinsics) -> Views:
     """See :func:`_corrections`."""
     reference, *others = extrinsics.sensors
-    return {other: _corrections(frames, extrinsics, (reference, other)) for other in others}
+    stamps_ns = [one.stamp_ns for one in by_sensor[reference]]
+    instants_ns = np.arange(min(stamps_ns), max(stamps_ns) + 1, round(NS_PER_S / COMPARED_HZ))
+    at_s = (instants_ns - instants_ns[0]) / NS_PER_S
+    placed = {name: _placed(by_sensor, name, extrinsics, instants_ns) for name in by_sensor}
+    return {name: _corrections(at_s, placed[reference], placed[name]) for name in others}
+
+
+def _placed(
+    by_sensor: BySensor, name: str, extrinsics: Extrinsics, instants_ns: NDArray[np.int64]
+) -> FloatArray:
+    """A sensor's tracked joints at instants of the reference, in its frame, (n, 15, 3) [m]."""
+    series = series_from_samples(by_sensor[name])
+    is_tracked = series.tracking_state == int(TrackingState.TRACKED)
+    tracked = replace(series, positions=np.where(is_tracked[..., None], series.positions, np.nan))
+    tracked = series_on_reference_clock(tracked, extrinsics.clocks.get(name))
+    period_s = series.duration_s / max(len(series) - 1, 1)
+    joints = tracked.at(instants_ns, longest_gap_s(period_s))
+    return transformed(extrinsics.T_reference_sensor[name], joints)
 
 
 def _moved(views: Views, reference: str) -> tuple[MovedDuring, ...]:
@@ -141,22 +162,29 @@ def _sizes(correction: FloatArray) -> tuple[float, float]:
 
 
 def _corrections(
-    frames: Sequence[AlignedFrame], extrinsics: Extrinsics, pair: tuple[str, str]
+    at_s: FloatArray, one: FloatArray, other: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Start of each window [s], (n,), and the correction of the second view in it, (n, 6)."""
-    windows: dict[int, list[FloatArray]] = {}
-    for frame in frames:
-        one, other = placed_positions(frame, pair, extrinsics)
-        is_known = are_known(one + other)
-        if is_known.sum() >= LEAST_JOINTS:
-            window = (frame.stamp_ns - frames[0].stamp_ns) // WINDOW_NS
-            windows.setdefault(window, []).append(np.hstack([one, other])[is_known])
-    kept = {at: np.vstack(each) for at, each in windows.items() if len(each) >= LEAST_FRAMES}
-    if not kept:
+    """Start of each window [s], (w,), and the correction of the second view in it, (w, 6).
+
+    Args:
+        at_s: Instants (n,) [s].
+        one: The reference's joints, (n, 15, 3) [m] in its frame; NaN where unknown.
+        other: The other's, placed by the extrinsics in the reference's frame.
+    """
+    is_known = are_known(one + other)
+    is_known &= (is_known.sum(axis=1) >= LEAST_JOINTS)[:, None]
+    window = at_s // WINDOW_S
+    starts, counts = np.unique(window[is_known.any(axis=1)], return_counts=True)
+    kept = starts[counts >= LEAST_INSTANTS]
+    if not len(kept):
         return np.empty(0), np.empty((0, 6))
-    centre = np.median(np.vstack([each[:, :3] for each in kept.values()]), axis=0)
-    starts_s = np.array(sorted(kept)) * (WINDOW_NS / NS_PER_S)
-    return starts_s, np.array([_correction(kept[at], centre) for at in sorted(kept)])
+    is_known &= np.isin(window, kept)[:, None]
+    centre = np.median(one[is_known], axis=0)
+    joints = np.concatenate([one, other], axis=2)
+    corrections = [
+        _correction(joints[is_known & (window == each)[:, None]], centre) for each in kept
+    ]
+    return kept * WINDOW_S, np.array(corrections)
 
 
 def _correction(joints: FloatArray, centre: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import SkeletonSample
 
@@ -32,17 +33,20 @@ class HeldJoints:
         """A sensor's next frame of a person, with the states of held joints lowered."""
         sensor = sample.sensor
         last, self._last[sensor] = self._last.get(sensor, sample), sample
-        repeats = self._repeats.setdefault(sensor, np.full(len(JOINTS), -1))
-        is_same = (sample.positions == last.positions).all(axis=1)
-        has_moved = np.isfinite(sample.positions - last.positions).all(axis=1) & ~is_same
+        repeats = self._repeats.get(sensor)
+        if repeats is None:
+            repeats = self._repeats[sensor] = np.full(len(JOINTS), -1)
+        is_same, has_moved = _compared(sample.positions, last.positions)
+        self.held[sensor] = []
         if has_moved.any():  # otherwise the whole frame is repeated
-            repeats[is_same & (repeats >= 0)] += 1
             repeats[has_moved] = 0
-        is_held = (repeats >= HELD_FRAMES) & is_same
-        claimed = np.flatnonzero(is_held & (sample.tracking_state == TrackingState.TRACKED))
-        self.held[sensor] = [JOINTS[joint] for joint in claimed]
+            if is_same.any():
+                repeats[is_same & (repeats >= 0)] += 1
+        is_held = is_same & (repeats >= HELD_FRAMES)
         if not is_held.any():
             return sample
+        claimed = is_held & (sample.tracking_state == int(TrackingState.TRACKED))
+        self.held[sensor] = [JOINTS[joint] for joint in np.flatnonzero(claimed)]
         is_lost = is_held & (repeats >= LOST_FRAMES)
         most = np.where(is_held, TrackingState.INFERRED, TrackingState.TRACKED)
         most[is_lost] = TrackingState.NOT_TRACKED
@@ -51,3 +55,11 @@ class HeldJoints:
             positions=np.where(is_lost[:, None], np.nan, sample.positions),
             tracking_state=np.minimum(sample.tracking_state, most).astype(np.uint8),
         )
+
+
+def _compared(
+    positions: FloatArray, before: FloatArray
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Joints at the same position as before, and joints known to be elsewhere, (15,) each."""
+    moved_m = np.abs(positions - before).sum(axis=1)
+    return moved_m == 0.0, moved_m > 0.0
