@@ -23,7 +23,7 @@ from pose_core.imu.sensor_alignment import HEADING_PARTS
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.stamps import NS_PER_S
 
-PERIOD_NS = 80_000_000  # [ns] between two instants: errors of the cameras are correlated
+PERIOD_NS = 160_000_000  # [ns] between two instants: errors of the cameras are correlated
 LONGEST_STEP_S = 0.2  # [s] for which one instant stands at most
 MEMORY_S = 60.0  # [s] time constant of the sums
 DIRECTION_STDDEV = 0.12  # [rad] of a limb's direction by a camera
