@@ -3,6 +3,7 @@
 from functools import partial
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from followed_person import person_urdf
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import NamedPoseArray, SkeletonArray
@@ -131,3 +132,12 @@ def test_rep_155s_tools_find_the_person(ros_context):
     assert states[-1].position[states[-1].name.index("l_knee_person")] == pytest.approx(-0.2)
     assert "l_wrist_person" in urdf[-1].data
     ros_context.spin_until(lambda: not tracked[-1].ids, what="a list without the person")
+
+    told = ros_context.collect(DiagnosticArray, "/diagnostics")
+    state.position.pop()
+
+    def is_told():
+        statuses = [status for message in told for status in message.status]
+        return any("lack a position of 'right_knee_flexion'" in each.message for each in statuses)
+
+    send_until(ros_context, publish, is_told, "diagnostics that name the missing position")

@@ -41,6 +41,7 @@ class HriNode(Node):
         self._ids = message_class(parameters.ids_type)
         self._angles = HumanAngles()
         self._counters = Counters("joint_states", "incomplete", "not_finite", "malformed_urdf")
+        self._unusable = ""  # what is wrong with the last joint states
         self._heard_ns: int | None = None
         ours, theirs = (partial(body_topic, b) for b in (parameters.subject, parameters.id))
         self._states = self.create_publisher(JointState, theirs("joint_states"), 10)
@@ -57,13 +58,14 @@ class HriNode(Node):
     def _on_states(self, message: JointState) -> None:
         angles = dict(zip(message.name, message.position, strict=False))
         if not np.isfinite(list(angles.values())).all():
-            self._counters.add("not_finite")
+            self._refuse("not_finite", "are not finite")
             return
         try:
             found = self._angles.convert(angles)
-        except KeyError:
-            self._counters.add("incomplete")
+        except KeyError as error:
+            self._refuse("incomplete", f"lack a position of {error}")
             return
+        self._unusable = ""
         self._counters.add("joint_states")
         self._heard_ns = int(self.get_clock().now().nanoseconds)
         body = self._settings.id
@@ -71,6 +73,10 @@ class HriNode(Node):
         names = [f"{name}_{body}" for name in found]
         self._states.publish(JointState(header=header, name=names, position=list(found.values())))
         self._look()
+
+    def _refuse(self, counter: str, why: str) -> None:
+        self._counters.add(counter)
+        self._unusable = f": the joint states {why}"
 
     def _on_urdf(self, message: String) -> None:
         try:
@@ -102,7 +108,8 @@ class HriNode(Node):
     def _report(self) -> Report:
         tracked = bool(self._announced)
         level = Level.OK if tracked else Level.WARN
-        message = f"body {self._settings.id} is tracked" if tracked else "nobody is tracked"
+        who = f"body {self._settings.id}" if tracked else "nobody"
+        message = f"{who} is tracked{self._unusable}"
         return Report(level=level, message=message, values=self._counters.as_dict())
 
 

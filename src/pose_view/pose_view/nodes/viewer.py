@@ -235,6 +235,8 @@ class ViewerNode(Node):
 
     def _on_set(self, person: str, future: Any) -> None:
         response = future.result()
+        if response is None:
+            return
         refusals = [result.reason for result in response.results if not result.successful]
         whom = f"person {person}" if person else "whoever comes first"
         self._answer(refusals[0] if refusals else f"following {whom}", not refusals)
