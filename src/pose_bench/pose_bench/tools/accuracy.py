@@ -17,7 +17,7 @@ from pose_core.errors import InputError
 from pose_evaluation.tables import csv_text
 
 SUMMARY = "how accurate the estimators are on public recordings of real people"
-ESTIMATORS = ("joint_kf", "li2020", "default")
+ESTIMATORS = ("joint_kf", "li2020", "default", "smoothed")
 """Estimators that are run on one camera, compared with its raw view."""
 
 
