@@ -60,10 +60,13 @@ class CapturedMethod(MethodSetup):
 
 METHODS = (
     CapturedMethod(name="left", estimator="left"),
+    CapturedMethod(name="right", estimator="right"),
     CapturedMethod(name="mean", estimator="mean"),
     CapturedMethod(name=BASELINE, estimator=BASELINE),
+    CapturedMethod(name="dof_kf", estimator="dof_kf"),
     CapturedMethod(name="li2020", estimator="li2020"),
     CapturedMethod(name="zhang2015", estimator="zhang2015", use_imus=True),
+    CapturedMethod(name="imu", estimator="imu", use_imus=True),
     CapturedMethod(name="default"),
     CapturedMethod(name="default+imus", use_imus=True),
     CapturedMethod(name="smoothed", estimator="smoothed"),
