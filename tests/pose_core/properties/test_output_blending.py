@@ -15,6 +15,7 @@ from pose_core.kernels.output_blending import (
     TRAVEL_AFTER_GAP,
     blend_angle,
     elapsed_s,
+    is_seen_elsewhere,
     make_blending,
 )
 from pose_core.kernels.published_state import PublishedState, make_dof_estimate
@@ -115,6 +116,37 @@ def published_root(targets, velocities, blend_s):
         blend_root(PERIOD_S if k else 0.0, blend_s, np.eye(3), blending, dof)
         rows.append(blending.position[:3].copy())
     return np.array(rows)
+
+
+@pytest.mark.parametrize(("moved_m", "is_placed"), [(3.0, True), (0.1, False)])
+@pytest.mark.parametrize("has_imus", [False, True])
+def test_who_is_seen_again_elsewhere_is_placed_there(moved_m, is_placed, has_imus):
+    """For two seconds there is no output, or one by IMUs alone, whose deviation grows."""
+    blending, rows = make_blending(MODEL.size), []
+    for k in range(-100, 210):
+        is_away, is_back = 0 <= k < 200, k >= 200
+        if is_away and not has_imus:
+            continue
+        dof = make_dof_estimate(MODEL.size)
+        dof.position[0] = moved_m if is_back else 0.0
+        dof.information[0] = 0.0 if is_away else 1e3
+        stamp_ns = 10**18 + 10 * MS * k
+        dt_s = elapsed_s(blending, stamp_ns)
+        root_dt_s = 0.0 if is_seen_elsewhere(blending, dof, dt_s) else dt_s
+        blend_root(root_dt_s, BLEND_S, np.eye(3), blending, dof)
+        blending.stamp_ns[0] = stamp_ns
+        rows.append((is_back, blending.position[0], blending.unseen_s[0]))
+    is_back, x, unseen_s = np.array(rows).T
+    assert (x[is_back == 0.0] == 0.0).all()
+    back = x[is_back == 1.0]
+    if is_placed:
+        assert (back == moved_m).all()
+    else:
+        assert 0.0 < back[0] < 0.5 * moved_m
+        assert back[-1] == pytest.approx(moved_m, abs=0.01)
+    assert unseen_s[-1] == 0.0
+    if has_imus:
+        assert unseen_s.max() == pytest.approx(2.0, abs=0.02)
 
 
 def test_a_root_that_is_predicted_far_ahead_shakes_less_and_keeps_up_with_a_walk():

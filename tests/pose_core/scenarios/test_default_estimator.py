@@ -74,13 +74,17 @@ def test_every_frame_of_every_sensor_gives_an_estimate_at_once():
     assert all(estimates and estimates[-1].stamp_ns == stamp for stamp, estimates in late[::2])
 
 
-def test_person_who_reappears_elsewhere_is_tracked_without_a_step():
+def test_person_who_reappears_elsewhere_is_there_at_once_without_a_step_of_angles():
     _, dof = performance(10.0, ARMS, move=(0.6, 0.3))
     samples = [s for s in samples_of(dof) if not 4.5 < (s.stamp_ns - START_NS) * 1e-9 < 7.0]
     pipeline, estimates = run(samples)
     assert pipeline.counters["filter_restarts_gap"] == 1
     assert largest_step(estimates) < STEP
-    assert largest_joint_step(estimates) < 0.25
+    parts = [e for e in estimates if seconds(e) < 6.0], [e for e in estimates if seconds(e) > 6.0]
+    assert all(largest_joint_step(part) < 0.25 for part in parts)
+    placed = parts[1][0].position[:2]
+    np.testing.assert_allclose(placed, dof[-1, :2], atol=0.15)
+    assert np.linalg.norm(placed - parts[0][-1].position[:2]) > 0.3
     np.testing.assert_allclose(estimates[-1].position[:2], dof[-1, :2], atol=0.03)
 
 

@@ -14,11 +14,14 @@ from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.output_blending import (
     BLEND_OF_PREDICTION,
     BLEND_S,
+    LONGEST_GAP_S,
+    UNSEEN_SPEED,
     Blending,
     blend_angle,
     decay,
     doubt_sweeping_joints,
     elapsed_s,
+    is_seen_elsewhere,
 )
 from pose_core.kernels.published_state import DofEstimate, PublishedState, make_dof_estimate
 from pose_core.kernels.rotations import logarithm, product_transposed, rotate_left
@@ -88,7 +91,17 @@ def output_states(
         share_out(dof.information, output.weight_kinect[n], output.weight_imu[n], output.source[n])
         dt_s = elapsed_s(blending, int(stamps_ns[n]))
         root_blend_s = max(BLEND_S, BLEND_OF_PREDICTION * state.ahead_s[0])
-        blend(body, dt_s, root_blend_s, rotations[0], blending, dof, output.is_known[n])
+        skeleton_dt_s = 0.0 if is_seen_elsewhere(blending, dof, dt_s) else dt_s
+        blend(
+            body,
+            dt_s,
+            skeleton_dt_s,
+            root_blend_s,
+            rotations[0],
+            blending,
+            dof,
+            output.is_known[n],
+        )
         published_variance(
             dof,
             blending.velocity,
@@ -98,7 +111,7 @@ def output_states(
             output.variance[n],
         )
         output.position[n], output.velocity[n] = blending.position, blending.velocity
-        blend_joints(body.model, dt_s, state, blending, output.joints[n])
+        blend_joints(body.model, skeleton_dt_s, state, blending, output.joints[n])
         blending.stamp_ns[0] = stamps_ns[n]
         compute_links(
             body.model,
@@ -120,6 +133,7 @@ def output_states(
 def blend(
     body: OutputBody,
     dt_s: float,
+    root_dt_s: float,
     root_blend_s: float,
     R_map_root: FloatArray,
     blending: Blending,
@@ -131,6 +145,7 @@ def blend(
     Args:
         body: The body.
         dt_s: See :func:`elapsed_s`.
+        root_dt_s: The same for the root; 0 if it is placed anew.
         root_blend_s: 1/k of the root's position [s].
         R_map_root: The root's rotation, (3, 3).
         blending: The last output; updated.
@@ -139,7 +154,10 @@ def blend(
         is_known: Filled, (d,).
     """
     dof.blended[:] = 0.0
-    blend_root(dt_s, root_blend_s, R_map_root, blending, dof)
+    blend_root(root_dt_s, root_blend_s, R_map_root, blending, dof)
+    walked = UNSEEN_SPEED * max(blending.unseen_s[0] - LONGEST_GAP_S, 0.0)
+    for axis in range(2):
+        dof.blended[axis] += walked**2
     is_known[:ROOT_DOF] = True
     for at in range(ROOT_DOF, len(is_known)):
         is_known[at] = blend_angle(blending, at, dt_s, dof, body.limits[at])

@@ -11,8 +11,9 @@ is certain of an angle and long where it is not, as for the axial rotation of a 
 joints are blended in the same way, relative to the root. The root's position is blended for longer
 the further ahead it is predicted, since an error of its velocity grows with that time. A large
 difference is reduced at a bounded rate. At the start and after a silence that rate is lower and 1/k
-is longer: sensors return one after the other, and IMUs are not aligned yet. Angles stay within the
-limits of the body model.
+is longer: sensors return one after the other, and IMUs are not aligned yet. Root and joints are not
+blended where the cameras see a person again who has moved meanwhile: that would be a motion which
+nobody made. Angles stay within the limits of the body model.
 """
 
 from typing import NamedTuple
@@ -41,6 +42,8 @@ LARGEST_UNKNOWN = np.radians(90.0)  # [rad] up to which it grows
 LONGEST_GAP_S = 0.5  # [s] after a longer silence the output continues from rest
 AFTER_GAP_S = 0.01  # [s] taken as elapsed in that case
 SLOW_S = 2.0  # [s] at the start and after a silence, differences are reduced slowly
+MOVED_M = 0.3  # [m] by which a person has moved who is seen again elsewhere
+UNSEEN_SPEED = 0.7  # [m/s] of an unseen person along each horizontal axis (standard deviation)
 
 
 class Blending(NamedTuple):
@@ -54,6 +57,7 @@ class Blending(NamedTuple):
     joints: FloatArray  # (joints, 3) [m] relative to the root
     joint_velocity: FloatArray  # (joints, 3) [m/s] likewise
     slow_s: FloatArray  # (1,) [s] for which differences are still reduced slowly
+    unseen_s: FloatArray  # (1,) [s] for which no camera has seen the person
 
 
 def make_blending(size: int) -> Blending:
@@ -67,6 +71,7 @@ def make_blending(size: int) -> Blending:
         np.zeros((len(JOINTS), 3)),
         np.zeros((len(JOINTS), 3)),
         np.full(1, SLOW_S),
+        np.zeros(1),
     )
 
 
@@ -80,9 +85,30 @@ def elapsed_s(blending: Blending, stamp_ns: int) -> float:
         blending.slow_s[0] = max(blending.slow_s[0] - dt_s, 0.0)
         return dt_s
     blending.slow_s[0] = SLOW_S
+    blending.unseen_s[0] = dt_s
     blending.velocity[:] = 0.0
     blending.joint_velocity[:] = 0.0
     return AFTER_GAP_S
+
+
+@compiled_in_place
+def is_seen_elsewhere(blending: Blending, dof: DofEstimate, dt_s: float) -> bool:
+    """Whether the cameras see the person again, far from the last output.
+
+    Args:
+        blending: The last output; the time for which nobody was seen is updated.
+        dof: The filter's estimate.
+        dt_s: See :func:`elapsed_s`.
+    """
+    unseen_s = blending.unseen_s[0]
+    if dof.information[0, 0] <= 0.0:
+        blending.unseen_s[0] += dt_s
+        return False
+    blending.unseen_s[0] = 0.0
+    squared = 0.0
+    for axis in range(3):
+        squared += (dof.position[axis] - blending.position[axis]) ** 2
+    return unseen_s > LONGEST_GAP_S and squared > MOVED_M**2
 
 
 @compiled_in_place
