@@ -32,7 +32,7 @@ def captured_specs(
 
     Args:
         motion: The folder; None: the clips bundled with ``pose_sim``.
-        held_out: Whether to use the held-out trackers and delays.
+        held_out: Whether to use the held-out trackers, with ``mixed``, and delays.
         seed: Random seed.
         first: Index of the first session, if there are earlier ones.
 

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tuning",
         action="store_true",
-        help="the trackers that tuning may look at, instead of those that it has not seen",
+        help="the trackers for tuning, instead of those for evaluation",
     )
     what = parser.add_mutually_exclusive_group()
     what.add_argument(
