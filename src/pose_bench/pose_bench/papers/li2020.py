@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_bench.tables import TextTable, number
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.offline import MethodSetup, run_methods
 from pose_evaluation.scores import score_method
+from pose_evaluation.table import Table, number_row
 
 ANGLES = (
     "right_hip_flexion",
@@ -79,29 +79,26 @@ NOTE = (
 )
 
 
-def motion_tables(
-    motion: PaperMotion, levels: Sequence[str], seeds: Sequence[int]
-) -> list[TextTable]:
+def motion_tables(motion: PaperMotion, levels: Sequence[str], seeds: Sequence[int]) -> list[Table]:
     """Correlations and errors of one motion; measured ones are means over levels and seeds."""
     found = [_scores(motion.choreography, level, seed) for level in levels for seed in seeds]
+    columns = [*(f"{name}, printed" for name in PRINTED_METHODS), *OUR_METHODS]
     tables = []
     for title, printed, index, digits in (
         ("Pearson's r", motion.r, 0, 3),
         ("RMSE [°]", motion.error, 1, 1),
     ):
-        table = TextTable(
-            title=f"li2020, {motion.title}: {title}",
-            header=["", *(f"{name}, printed" for name in PRINTED_METHODS), *OUR_METHODS],
-            note=NOTE,
-        )
         rows = [
             [*row, *(mean_known([each[m][angle][index] for each in found]) for m in OUR_METHODS)]
             for angle, row in zip(ANGLES, printed, strict=True)
         ]
-        means = [mean_known(list(column)) for column in zip(*rows, strict=True)]
-        for name, row in zip([*ANGLES, "mean"], [*rows, means], strict=True):
-            table.rows.append([name.replace("_", " "), *(number(each, digits) for each in row)])
-        tables.append(table)
+        rows.append([mean_known(list(column)) for column in zip(*rows, strict=True)])
+        lines = [
+            number_row(name.replace("_", " "), row, digits)
+            for name, row in zip([*ANGLES, "mean"], rows, strict=True)
+        ]
+        caption = f"li2020, {motion.title}: {title}"
+        tables.append(Table(caption=caption, head="", columns=columns, rows=lines, note=NOTE))
     return tables
 
 

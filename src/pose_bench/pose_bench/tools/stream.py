@@ -12,7 +12,6 @@ from pose_bench.captured import true_extrinsics
 from pose_bench.captured_suite import captured_specs
 from pose_bench.one_camera import CAMERA, LEVEL_MOUNTING, view_of_stream
 from pose_bench.options import add_motion_argument, add_number
-from pose_bench.tables import UNKNOWN, TextTable, number
 from pose_bench.tools.showing import publish
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
@@ -28,6 +27,7 @@ from pose_core.api import (
 )
 from pose_core.errors import InputError
 from pose_evaluation.stream_quality import AngleStream, StreamQuality, measure_stream, stream_of
+from pose_evaluation.table import UNKNOWN, Row, Table, number, text_row
 from pose_io.bag_samples import read_estimates
 from pose_io.bags import BagReader, open_bag
 from pose_io.recordings.formats import read_recording
@@ -125,17 +125,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print; 1 if a stream does not meet a requirement."""
-    table = TextTable(title="joint_states", header=("stream", *COLUMNS), note=NOTE)
+    rows: list[Row] = []
     broken: list[str] = []
     with Console(stderr=True).status("fusing") as status:
         for name, quality in measured(arguments):
             status.update(f"fused {name}")
             if quality is None:
-                table.rows.append([name, "0", *[UNKNOWN] * (len(COLUMNS) - 1)])
+                rows.append(text_row(name, "0", *[UNKNOWN] * (len(COLUMNS) - 1)))
                 broken.append(f"{name}: nothing published")
             else:
-                table.rows.append([name, *(cell(quality) for cell in COLUMNS.values())])
+                rows.append(text_row(name, *(cell(quality) for cell in COLUMNS.values())))
                 broken += [f"{name}: {what}" for what in quality.broken(arguments.output_rate)]
+    table = Table(
+        caption="joint_states", head="stream", columns=list(COLUMNS), rows=rows, note=NOTE
+    )
     publish([table], SUMMARY, arguments.output, "stream.md")
     for line in broken:
         print(f"not met  {line}")
