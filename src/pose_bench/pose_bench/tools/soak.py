@@ -10,7 +10,7 @@ import numpy as np
 import psutil
 
 from pose_bench.faults.judging import rmse_deg
-from pose_bench.options import add_number
+from pose_bench.options import add_flag, add_number
 from pose_bench.speed import machine
 from pose_bench.tools.fault_sessions import captured_person, truth_of
 from pose_bench.tools.showing import publish
@@ -57,12 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--minutes", type=float, default=np.inf, metavar="M", help="end after M real minutes"
     )
-    parser.add_argument(
-        "--light",
-        action="store_true",
-        help="a third of the frames, two IMUs with a quarter of their samples, ten joint states a "
-        "second",
-    )
+    light = "a third of the frames, two IMUs with a quarter of their samples, ten joint states a "
+    add_flag(parser, "--light", f"{light}second")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ from rich.console import Console
 from pose_bench.captured import true_extrinsics
 from pose_bench.captured_suite import captured_specs
 from pose_bench.one_camera import CAMERA, LEVEL_MOUNTING, view_of_stream
-from pose_bench.options import add_motion_argument, add_number
+from pose_bench.options import add_motion_argument, add_number, add_paths
 from pose_bench.tools.showing import publish
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
@@ -102,22 +102,10 @@ def _limits(bag: BagReader, topic: str) -> dict[str, tuple[float, float]]:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_motion_argument(parser)
-    parser.add_argument(
-        "--recording",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="a recording of one person; each camera's stream is fused alone, then all together",
-    )
-    parser.add_argument(
-        "--bag",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="BAG",
-        help="a bag that was recorded live; its joint_states are judged as they were heard",
-    )
+    alone = "a recording of one person; each camera's stream is fused alone, then all together"
+    add_paths(parser, "--recording", "FILE", alone)
+    live = "a bag that was recorded live; its joint_states are judged as they were heard"
+    add_paths(parser, "--bag", "BAG", live)
     add_number(parser, "--sessions", 4, "N", "captured ones of each folder")
     add_number(parser, "--output-rate", 100.0, "HZ", "of the joint states")
     add_number(parser, "--seed", SEED, "N", "of everything random")
@@ -151,9 +139,8 @@ def measured(arguments: argparse.Namespace) -> Iterator[tuple[str, StreamQuality
     has_others = arguments.recording or arguments.bag
     folders: Sequence[Path | None] = arguments.motion or ([] if has_others else [None])
     for folder in folders:
-        for spec in captured_specs(folder, held_out=True, seed=arguments.seed)[
-            : arguments.sessions
-        ]:
+        specs = captured_specs(folder, held_out=True, seed=arguments.seed)
+        for spec in specs[: arguments.sessions]:
             session = make_captured_session(spec)
             extrinsics = true_extrinsics(session)
             for imus in (False, True):
