@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pose_bench.captured import BASELINE, CapturedScore
-from pose_bench.tables import TextTable, number, percent
+from pose_bench.tables import percent
+from pose_evaluation.table import Row, Table, number, text_row
 from pose_evaluation.tables import csv_text
 
 NOTE = (
@@ -56,30 +57,29 @@ COLUMNS: dict[str, Callable[[Sequence[CapturedScore]], str]] = {
 """Functions from the scores of a row, without failed ones, to a cell."""
 
 
-def summary_table(scores: Sequence[CapturedScore], title: str) -> TextTable:
+def summary_table(scores: Sequence[CapturedScore], title: str) -> Table:
     """Table with a row per method."""
-    return _table(scores, title, "method", lambda score: score.method)
+    return _table(title, "method", _rows(scores, lambda score: score.method))
 
 
-def source_table(scores: Sequence[CapturedScore], methods: Sequence[str]) -> TextTable:
+def source_table(scores: Sequence[CapturedScore], methods: Sequence[str]) -> Table:
     """Table with a row per source of clips, condition, and selected method."""
     own = [score for score in scores if score.method in methods]
-    table = _table(own, "By source", "source, method", lambda s: f"{s.source}, {s.method}")
-    table.rows += _table(own, "", "", lambda s: f"{s.condition}, {s.method}").rows
-    return table
+    rows = _rows(own, lambda s: f"{s.source}, {s.method}")
+    rows += _rows(own, lambda s: f"{s.condition}, {s.method}")
+    return _table("By source", "source, method", rows)
 
 
-def _table(
-    scores: Sequence[CapturedScore],
-    title: str,
-    first: str,
-    row_of: Callable[[CapturedScore], str],
-) -> TextTable:
-    rows: list[Sequence[str]] = [
-        (name, *_cells([score for score in scores if row_of(score) == name]))
-        for name in dict.fromkeys(map(row_of, scores))
+def _table(title: str, first: str, rows: Sequence[Row]) -> Table:
+    return Table(caption=title, head=first, columns=list(COLUMNS), rows=rows, note=NOTE)
+
+
+def _rows(scores: Sequence[CapturedScore], name_of: Callable[[CapturedScore], str]) -> list[Row]:
+    """A row for the scores of each name."""
+    return [
+        text_row(name, *_cells([score for score in scores if name_of(score) == name]))
+        for name in dict.fromkeys(map(name_of, scores))
     ]
-    return TextTable(title=title, header=(first, *COLUMNS), rows=rows, note=NOTE)
 
 
 def _cells(scores: Sequence[CapturedScore]) -> list[str]:

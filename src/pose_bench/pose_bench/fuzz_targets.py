@@ -1,6 +1,5 @@
-"""Fuzz targets: all readers of external data, with seed inputs."""
+"""Fuzz targets: all readers of external data, with seed inputs, most of them in ``seeds/``."""
 
-import struct
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ from imu_bridge.devices import PortConfig, read_devices
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import Chunk, ImuPipeline
 from imu_bridge.protocols.reading import Parser
-from imu_bridge.protocols.star import RawSample, StarParser, encode
+from imu_bridge.protocols.star import StarParser
 from imu_bridge.protocols.text import TextParser, line_format
 from imu_bridge.protocols.witmotion import WitMotionParser
 from imu_bridge.segments import ImuNode
@@ -41,108 +40,8 @@ from pose_launch.document import read_launch_file
 
 FIELDS = ["time", "node", "acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z"]
 LINES = line_format({"fields": FIELDS, "units": {"time": "ms", "acc": "g", "gyro": "deg/s"}})
-TEXT = b"0,1,0,0,1,0,0,0\n10,1,0.1,0,0.9,1,2,3\n20,1,1e3,0,1,0,-5.5,0\n"
-STAR = b"".join(
-    encode(
-        RawSample(
-            node_id=1,
-            sequence=k,
-            clock_us=10_000 * k,
-            accelerometer=(0, 0, 16384),
-            gyroscope=(k, -k, 5),
-            magnetometer=(100, 0, -200),
-            magnetometer_valid=k % 2 == 0,
-        )
-    )
-    for k in range(4)
-)
-
-
-def _wit(kind: int, *numbers: int) -> bytes:
-    packet = bytes([0x55, kind]) + struct.pack("<4h", *numbers)
-    return packet + bytes([sum(packet) % 256])
-
-
-WIT = b"".join(
-    _wit(0x51, 0, 0, 2048, 0) + _wit(0x52, 5, -5, k, 0) + _wit(0x53, k, 0, 9, 0) for k in range(3)
-)
-SESSION = b"""version: 3
-reference: left
-map: {translation: [0.0, 0.0, 1.2], rotation: [-0.5, 0.5, -0.5, 0.5], source: body}
-sensors:
-  right: {translation: [1.5, 0.0, 0.6], rotation: [0.0, -0.4, 0.0, 0.9165], residuals: {frames: 9}}
-clocks:
-  right: {offset_ns: 21500000, drift_ppm: 0.0, at_ns: 1700000012345678900, stddev_ms: 2.1}
-view_offsets:
-  left: {head: [0.004, -0.002, 0.011]}
-imus:
-  version: 1
-  segments:
-    torso: {rotation: [0.0, 0.0, 0.0, 1.0], stddev_deg: [1.0, 1.0, 1.0], residual_deg: 1.0}
-"""
-SHAPE = b"version: 1\nbody_model: default\noffsets:\n" + b"".join(
-    f"  {name}: [0.0, 0.1, 0.2]\n".encode() for name in JOINTS
-)
-PARAMETERS = b"/**:\n  ros__parameters:\n    estimator: default\n    sensors: [left, right]\n"
-NODES = b"""nodes:
-  1: torso
-  2: {segment: head, gyroscope_bias: [0.0, 0.0, 0.1]}
-ports:
-  /dev/a:
-    protocol: text
-    segment: pelvis
-    fields: [acc_x, acc_y, acc_z, gyro_x, gyro_y, gyro_z]
-    units: {acc: g, gyro: deg/s}
-"""
-JOINT_MAP = b"""axes: {x: right, y: down, z: forward}
-unit: m
-map: {head: HEAD, neck: [A, 1]}
-joints: [HEAD, A]
-confidence: {inferred: 1, tracked: 2}
-"""
-CAMERA = b"""image_width: 640
-image_height: 480
-distortion_model: plumb_bob
-camera_matrix: {data: [500, 0, 320, 0, 500, 240, 0, 0, 1]}
-distortion_coefficients: {data: [0, 0, 0, 0, 0]}
-"""
-CSV_COLUMNS = [f"{joint}_{value}" for joint in JOINTS for value in ("x", "y", "z", "state")]
-CSV_HEAD = ",".join(["sensor", "host_time_s", "sensor_time_s", "person", *CSV_COLUMNS])
-CSV_JOINTS = ",".join("0.1,0.2,2.5,2" for _ in JOINTS)
-CSV_ROWS = (f"left,{100 + k / 30:.3f},{k / 30:.3f},1,{CSV_JOINTS}\n" for k in range(3))
-CSV = f"{CSV_HEAD}\n{''.join(CSV_ROWS)}".encode()
-LABELS = [name for name in JOINTS if name != "torso"]
-COLUMNS = [
-    "\t".join(f"{k + 0.1 * n + 0.01 * row:.2f}" for n in range(len(LABELS)) for k in range(3))
-    for row in range(2)
-]
-TRC = (
-    f"PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n"
-    f"60\t60\t2\t{len(LABELS)}\tm\n"
-    "Frame#\tTime\t" + "\t\t\t".join(LABELS) + "\n\t\t" + "\tX\tY\tZ" * len(LABELS)
-    + f"\n\n1\t0.0\t{COLUMNS[0]}\n2\t0.0167\t{COLUMNS[1]}\n"
-).encode()  # fmt: skip
-MOT = (
-    b"a\nversion=1\nnRows=2\nnColumns=2\ninDegrees=yes\nendheader\n"
-    b"time\tknee_angle_r\n0.0\t1.0\n0.1\t2.0\n"
-)
-VICON = (
-    "Trajectories\n100\n,," + ",,,".join(f"S:{name}" for name in LABELS) + "\nFrame,Sub Frame"
-    + ",X,Y,Z" * len(LABELS) + "\n," + ",m,m,m" * len(LABELS)
-    + "".join(f"\n{k + 1},0,{COLUMNS[k]}".replace("\t", ",") for k in range(2)) + "\n"
-).encode()  # fmt: skip
-NTU = (
-    b"1\n1\n72057594037944738 0 1 1 0 0 0 0.1 0.2 2\n25\n" + b"0.1 0.2 2.5 0 0 0 0 0 0 0 1 2\n" * 25
-)
-DATAGRAM = b'{"v": 1, "seq": 5, "time_ns": 1, "people": [{"id": "a", "joints": [[0, 0, 2, 1]]}]}'
-LAUNCH = b"""launch:
-- arg: {name: a, default: 'b'}
-- node:
-    pkg: p
-    exec: e
-    param:
-    - {name: rate, value: 2.5}
-"""
+SEEDS = {path.stem: path.read_bytes() for path in (Path(__file__).parent / "seeds").iterdir()}
+"""Valid inputs by the names of their files."""
 
 
 def _parsed(make: Callable[[], Parser]) -> Callable[[bytes], object]:
@@ -175,9 +74,8 @@ def _folder() -> Iterator[Path]:
         yield Path(name)
 
 
-def _filed(folder: Path, name: str, read: Callable[[Path], object]) -> Callable[[bytes], object]:
-    """A reader of files."""
-    path = folder / name
+def _filed(path: Path, read: Callable[[Path], object]) -> Callable[[bytes], object]:
+    """A reader of files, given a file's content."""
 
     def from_bytes(data: bytes) -> object:
         path.write_bytes(data)
@@ -208,6 +106,10 @@ def _datagram(data: bytes) -> None:
         raise InputError(str(error)) from error
 
 
+def _read_parameters(path: Path) -> object:
+    return from_ros_yaml(PipelineParameters, path, "fusion")
+
+
 def _bag(path: Path) -> None:
     with open_bag(path) as bag:
         for message in bag.messages():
@@ -217,41 +119,40 @@ def _bag(path: Path) -> None:
 @contextmanager
 def targets() -> Iterator[Sequence[Target]]:
     """All targets; their temporary folder is removed at the end."""
-    model = load_body_model("default")
+    model, sink = load_body_model("default"), PortConfig(name="sink")
+    files: dict[str, tuple[str, Callable[[Path], object], Sequence[bytes]]] = {
+        "session": ("a.yaml", load_extrinsics, [SEEDS["session"]]),
+        "mountings": ("a.yaml", load_alignments, [SEEDS["session"]]),
+        "shape": ("a.yaml", lambda path: load_body_shape(path, model), [SEEDS["shape"]]),
+        "camera": ("a.yaml", load_camera, [SEEDS["camera"]]),
+        "nodes": ("a.yaml", lambda path: read_devices(path, sink), [SEEDS["nodes"]]),
+        "joint map": ("a.yaml", lambda path: find_joint_map(str(path)), [SEEDS["joint_map"]]),
+        "parameters": ("a.yaml", _read_parameters, [SEEDS["parameters"]]),
+        "launch": ("a.yaml", read_launch_file, [SEEDS["launch"]]),
+        "CSV": ("a.csv", read_recording, [SEEDS["csv"], SEEDS["ntu"]]),
+        "NTU": ("a.skeleton", read_recording, [SEEDS["ntu"]]),
+        "TRC": ("a.trc", read_reference, [SEEDS["trc"]]),
+        "MOT": ("a.mot", read_reference, [SEEDS["mot"]]),
+        "Vicon": ("a.csv", read_reference, [SEEDS["vicon"]]),
+    }
     with _folder() as folder:
         skeleton, imu, mcap = _messages(folder)
-
-        def yaml(name: str, read: Callable[[Path], object], *seeds: bytes) -> Target:
-            return Target(name=name, read=_filed(folder, f"{name}.yaml", read), seeds=seeds)
-
-        sink = PortConfig(name="sink")
+        files |= {"bag": ("a.mcap", _bag, [mcap]), "bag's condition": ("a.mcap", examine, [mcap])}
+        streams: dict[str, tuple[Callable[[bytes], object], bytes]] = {
+            "text": (_parsed(lambda: TextParser(LINES)), b"\n" + SEEDS["text"]),
+            "star": (_parsed(StarParser), SEEDS["star"]),
+            "witmotion": (_parsed(WitMotionParser), SEEDS["witmotion"]),
+            "orientation": (_oriented, SEEDS["text"]),
+            "skeleton messages": (_skeletons, skeleton),
+            "IMU messages": (_imus, imu),
+            "datagram": (_datagram, SEEDS["datagram"]),
+        }
         yield (
-            Target(name="text", read=_parsed(lambda: TextParser(LINES)), seeds=(b"\n" + TEXT,)),
-            Target(name="star", read=_parsed(StarParser), seeds=(STAR,)),
-            Target(name="witmotion", read=_parsed(WitMotionParser), seeds=(WIT,)),
-            Target(name="orientation", read=_oriented, seeds=(TEXT,)),
-            Target(name="skeleton messages", read=_skeletons, seeds=(skeleton,)),
-            Target(name="IMU messages", read=_imus, seeds=(imu,)),
-            yaml("session", load_extrinsics, SESSION),
-            yaml("mountings", load_alignments, SESSION),
-            yaml("shape", lambda path: load_body_shape(path, model), SHAPE),
-            yaml("camera", load_camera, CAMERA),
-            yaml("nodes", lambda path: read_devices(path, sink), NODES),
-            yaml("joint map", lambda path: find_joint_map(str(path)), JOINT_MAP),
-            yaml(
-                "parameters",
-                lambda path: from_ros_yaml(PipelineParameters, path, "fusion"),
-                PARAMETERS,
+            *(Target(name=name, read=read, seeds=[seed]) for name, (read, seed) in streams.items()),
+            *(
+                Target(name=name, read=_filed(folder / file, read), seeds=seeds)
+                for name, (file, read, seeds) in files.items()
             ),
-            yaml("launch", read_launch_file, LAUNCH),
-            Target(name="datagram", read=_datagram, seeds=(DATAGRAM,)),
-            Target(name="CSV", read=_filed(folder, "a.csv", read_recording), seeds=(CSV, NTU)),
-            Target(name="NTU", read=_filed(folder, "a.skeleton", read_recording), seeds=(NTU,)),
-            Target(name="TRC", read=_filed(folder, "a.trc", read_reference), seeds=(TRC,)),
-            Target(name="MOT", read=_filed(folder, "a.mot", read_reference), seeds=(MOT,)),
-            Target(name="Vicon", read=_filed(folder, "v.csv", read_reference), seeds=(VICON,)),
-            Target(name="bag", read=_filed(folder, "b.mcap", _bag), seeds=(mcap,)),
-            Target(name="bag's condition", read=_filed(folder, "c.mcap", examine), seeds=(mcap,)),
         )
 
 

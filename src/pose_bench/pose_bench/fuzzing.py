@@ -10,6 +10,7 @@ import random
 import resource
 import sys
 import time
+import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from types import FrameType
@@ -100,11 +101,9 @@ def _run(
     except PoseError:
         outcome.refused += 1
     except Exception as error:
-        trace = error.__traceback__
-        while trace is not None and trace.tb_next is not None:
-            trace = trace.tb_next
-        where = "" if trace is None else f"{trace.tb_frame.f_code.co_name}:{trace.tb_lineno}"
-        outcome.crashes.setdefault(f"{type(error).__name__} in {where}: {error}"[:160], data)
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        what = f"{type(error).__name__} in {last.name}:{last.lineno}: {error}"
+        outcome.crashes.setdefault(what[:160], data)
     finally:
         sys.settrace(None)
     taken_s = time.process_time() - begin_s
@@ -136,10 +135,7 @@ def mutated(data: bytes, rng: random.Random, corpus: Sequence[bytes]) -> bytes:
     return bytes(changed[:MOST_BYTES])
 
 
-Change = Callable[[bytearray, random.Random, Sequence[bytes]], None]
-
-
-def _place(data: bytearray, rng: random.Random) -> int:
+def _place(data: bytes | bytearray, rng: random.Random) -> int:
     return rng.randrange(len(data) + 1)
 
 
@@ -186,17 +182,8 @@ def _number(data: bytearray, rng: random.Random, _corpus: Sequence[bytes]) -> No
 
 def _spliced(data: bytearray, rng: random.Random, corpus: Sequence[bytes]) -> None:
     other = rng.choice(corpus)
-    begin = rng.randrange(len(other) + 1)
+    begin = _place(other, rng)
     data[_place(data, rng) :] = other[begin:]
 
 
-CHANGES: tuple[Change, ...] = (
-    _flip,
-    _set,
-    _cut,
-    _repeat,
-    _insert,
-    _overwrite,
-    _number,
-    _spliced,
-)
+CHANGES = (_flip, _set, _cut, _repeat, _insert, _overwrite, _number, _spliced)

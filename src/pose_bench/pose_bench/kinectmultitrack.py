@@ -15,12 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.one_camera import LEVEL_MOUNTING, RAW, run_one_camera, view_of_stream
-from pose_bench.tables import TextTable, method_table
+from pose_bench.tables import method_table
 from pose_core.api import best_rigid_transform, joint_angles, transformed
 from pose_core.errors import InputError
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.agreement import rms_differences_deg
 from pose_evaluation.scores import known_joints
+from pose_evaluation.table import Table
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.recording import Recording
@@ -102,7 +103,7 @@ def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> 
     return found
 
 
-def table(found: Sequence[OtherView]) -> TextTable:
+def table(found: Sequence[OtherView]) -> Table:
     """A row per recording, both directions together, and the mean; a column per method."""
     layouts = {view.recording: view.layout for view in found}
     return method_table(

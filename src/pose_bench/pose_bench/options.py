@@ -15,17 +15,20 @@ def add_number(
     parser.add_argument(name, type=type(default), default=default, metavar=metavar, help=text)
 
 
+def add_paths(parser: argparse.ArgumentParser, name: str, metavar: str, meaning: str) -> None:
+    """Declare an option that is a path and may be given again; a list, empty by default."""
+    parser.add_argument(name, type=Path, action="append", default=[], metavar=metavar, help=meaning)
+
+
+def add_flag(parser: argparse._ActionsContainer, name: str, meaning: str) -> None:
+    """Declare an option without a value."""
+    parser.add_argument(name, action="store_true", help=meaning)
+
+
 def add_motion_argument(parser: argparse.ArgumentParser) -> None:
     """Declare the option ``--motion``, folders of clips; none: the bundled ones."""
-    parser.add_argument(
-        "--motion",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="folder of clips (.npz, .bvh), see pose_sim; may be given again (default: the "
-        "bundled ones)",
-    )
+    meaning = "folder of clips (.npz, .bvh), see pose_sim; may be given again (default: the "
+    add_paths(parser, "--motion", "DIR", f"{meaning}bundled ones)")
 
 
 def add_jobs_argument(parser: argparse.ArgumentParser, most: int | None = None) -> None:

@@ -1,33 +1,11 @@
-"""Tables that are made row by row."""
+"""Tables that compare methods."""
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.table import UNKNOWN, Table, number, text_row
-
-
-@dataclass(kw_only=True)
-class TextTable:
-    """A title, a header, and rows of cells; the first column names the row."""
-
-    title: str
-    header: Sequence[str]
-    rows: list[Sequence[str]] = field(default_factory=list)
-    note: str = ""
-
-    @property
-    def table(self) -> Table:
-        """The table, to be rendered."""
-        return Table(
-            caption=self.title,
-            head=self.header[0],
-            columns=self.header[1:],
-            rows=[text_row(*row) for row in self.rows],
-            note=self.note,
-        )
 
 
 def method_table(
@@ -37,7 +15,7 @@ def method_table(
     last: tuple[str, str],
     figures: Mapping[str, tuple[str, int]],
     note: str,
-) -> TextTable:
+) -> Table:
     """A table with a row per group, and the groups' mean; a column per figure and method.
 
     Args:
@@ -55,17 +33,13 @@ def method_table(
         for _, _, own in groups
     ]
     means.append([mean_known(column) for column in zip(*means, strict=True)])
-    texts = [
-        [number(mean, digits) for mean, (_, _, digits) in zip(row, columns, strict=True)]
-        for row in means
-    ]
     names = [*((name, second) for name, second, _ in groups), last]
-    return TextTable(
-        title=title,
-        header=(*head, *(f"{method} {unit}" for unit in figures for method in methods)),
-        rows=[(*name, *cells) for name, cells in zip(names, texts, strict=True)],
-        note=note,
-    )
+    rows = [
+        text_row(*name, *(number(mean, c[2]) for mean, c in zip(row, columns, strict=True)))
+        for name, row in zip(names, means, strict=True)
+    ]
+    shown = [head[1], *(f"{method} {unit}" for unit in figures for method in methods)]
+    return Table(caption=title, head=head[0], columns=shown, rows=rows, note=note)
 
 
 def percent(share: float) -> str:

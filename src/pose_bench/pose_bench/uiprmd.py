@@ -18,7 +18,7 @@ import numpy as np
 
 from pose_bench.frame_rate import time_stretch
 from pose_bench.one_camera import RAW, CameraView, run_one_camera, view_of, view_of_stream
-from pose_bench.tables import TextTable, method_table
+from pose_bench.tables import method_table
 from pose_core.api import (
     ANGLES,
     AngleSeries,
@@ -34,6 +34,7 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.scores import AngleScore, score_angle
+from pose_evaluation.table import Table
 from pose_io.recordings.formats import read_recording
 from pose_io.references.uiprmd import read_uiprmd
 
@@ -248,7 +249,7 @@ def _range(angle: FloatArray) -> float:
     return float(np.ptp(known)) if len(known) > len(angle) // 2 else 0.0
 
 
-def table(found: Sequence[AngleAgreement]) -> TextTable:
+def table(found: Sequence[AngleAgreement]) -> Table:
     """A row per movement, and the mean; a column per method."""
     methods = len({each.method for each in found})
     groups = []

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.parameters import parameter
 from pose_sim.body import BODY_ANGLES, Body
+from pose_sim.sizes import size
 
 Profile = Callable[[FloatArray], FloatArray]
 EXTRA_CHANNELS = ("clearance",)  # [m] of the lower foot above the floor, in a jump
@@ -24,21 +24,11 @@ MOST_DEGREES = {"shoulder_flexion": 176.0, "shoulder_abduction": 87.0, "knee_fle
 class Variation:
     """Natural variation of movements and between persons; standard deviations."""
 
-    amplitude: float = parameter(
-        0.08, limits=(0.0, 0.5), doc="variation of each movement's amplitude, relative"
-    )
-    tempo: float = parameter(
-        0.06, limits=(0.0, 0.3), doc="variation of each movement's duration, relative"
-    )
-    person_tempo: float = parameter(
-        0.08, limits=(0.0, 0.5), doc="largest variation of the person's overall speed"
-    )
-    asymmetry: float = parameter(
-        0.04, limits=(0.0, 0.5), doc="largest asymmetry of left and right movements"
-    )
-    sway: float = parameter(
-        0.6, unit="deg", limits=(0.0, 10.0), doc="postural sway of trunk, head and arms"
-    )
+    amplitude: float = size(0.08, "-", 0.5, "variation of each movement's amplitude, relative")
+    tempo: float = size(0.06, "-", 0.3, "variation of each movement's duration, relative")
+    person_tempo: float = size(0.08, "-", 0.5, "largest variation of the person's overall speed")
+    asymmetry: float = size(0.04, "-", 0.5, "largest asymmetry of left and right movements")
+    sway: float = size(0.6, "deg", 10.0, "postural sway of trunk, head and arms")
 
 
 class AngleTimeline:

@@ -1,6 +1,6 @@
 """The table of faults."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -11,19 +11,29 @@ from pose_bench.faults.judging import (
     MOST_STEP_DEG,
     FaultResult,
 )
-from pose_bench.tables import TextTable
+from pose_evaluation.table import Table, table_of
 
-HEADER = "fault, step, RMSE, without it, stamps, said, recovery, gap, verdict"
+COLUMNS: dict[str, Callable[[FaultResult], str]] = {
+    "step": lambda result: f"{result.step_deg:.1f}",
+    "RMSE": lambda result: _number(result.rmse_deg),
+    "without it": lambda result: _number(result.reference_deg),
+    "stamps": lambda result: _stamps(result.ahead, result.backwards, result.repeated),
+    "said": lambda result: _number(result.said_s) if result.fault.said else "",
+    "recovery": lambda result: _number(result.recovery_s),
+    "gap": lambda result: f"{result.longest_gap_s:.2f}",
+    "verdict": lambda result: ", ".join(result.broken) or "holds",
+}
 
 
-def fault_table(results: Sequence[FaultResult]) -> TextTable:
+def fault_table(results: Sequence[FaultResult]) -> Table:
     """The table with an explanation of its columns."""
     holds = sum(not result.broken for result in results)
-    return TextTable(
-        title="Faults in the live graph",
-        header=HEADER.split(", "),
-        rows=[row(result) for result in results],
-        note=f"{holds} of {len(results)} faults keep all bounds. "
+    return table_of(
+        "Faults in the live graph",
+        "fault",
+        ((result.fault.name, result) for result in results),
+        COLUMNS,
+        f"{holds} of {len(results)} faults keep all bounds. "
         "step [deg]: the largest change of a joint angle from one joint state to the next, "
         f"beyond the truth's own; at most {MOST_STEP_DEG:g}. RMSE [deg] of the twelve angles "
         "while the fault lasts, and that of an undisturbed run without the sensors that the "
@@ -37,19 +47,11 @@ def fault_table(results: Sequence[FaultResult]) -> TextTable:
 
 def row(result: FaultResult) -> list[str]:
     """Cells of one line."""
-    fault = result.fault
-    stamps = f"{result.ahead} / {result.backwards} / {result.repeated}"
-    return [
-        fault.name,
-        f"{result.step_deg:.1f}",
-        _number(result.rmse_deg),
-        _number(result.reference_deg),
-        "–" if stamps == "0 / 0 / 0" else stamps,
-        _number(result.said_s) if fault.said else "",
-        _number(result.recovery_s),
-        f"{result.longest_gap_s:.2f}",
-        ", ".join(result.broken) or "holds",
-    ]
+    return [result.fault.name, *(cell(result) for cell in COLUMNS.values())]
+
+
+def _stamps(*counts: int) -> str:
+    return " / ".join(map(str, counts)) if any(counts) else "–"
 
 
 def _number(value: float) -> str:

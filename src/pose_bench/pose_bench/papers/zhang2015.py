@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
-from pose_bench.tables import TextTable, number
 from pose_core.api import SkeletonSeries, wrapped
 from pose_core.arrays import FloatArray
 from pose_core.finite_numbers import mean_known
@@ -13,6 +12,7 @@ from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_evaluation.limb_attitude import limb_attitude
 from pose_evaluation.offline import MethodSetup, run_methods
 from pose_evaluation.stability import BONES
+from pose_evaluation.table import Table, number_row
 from pose_io.arrays import BoolArray, IntArray
 
 CHOREOGRAPHY, LEVEL = "arm_raises", "hard"
@@ -29,20 +29,23 @@ SHOWN = tuple(
 """The single Kinect of zhang2015, the IMUs, the paper's fusion, the default with two Kinects."""
 
 
-def limb_table(seeds: Sequence[int]) -> TextTable:
+def limb_table(seeds: Sequence[int]) -> Table:
     """RMS error of pitch and yaw of four arm segments, means over seeds."""
     found = [_errors(seed) for seed in seeds]
-    table = TextTable(
-        title="zhang2015, pitch and yaw of the arms: RMS error [°]",
-        header=["", "pitch, seen", "yaw, seen", "pitch, occluded", "yaw, occluded"],
+    return Table(
+        caption="zhang2015, pitch and yaw of the arms: RMS error [°]",
+        head="",
+        columns=["pitch, seen", "yaw, seen", "pitch, occluded", "yaw, occluded"],
+        rows=[
+            number_row(
+                name, [mean_known(list(of)) for of in np.transpose([e[name] for e in found])], 1
+            )
+            for name in found[0]
+        ],
         note="Synthetic subject that raises its arms; orientations by Madgwick's filter; occluded: "
         "the first Kinect calls an end of the limb inferred or not tracked. Yaw where the limb is "
         "less than 75° steep.",
     )
-    for name in found[0]:
-        columns = np.transpose([each[name] for each in found])
-        table.rows.append([name, *(number(mean_known(list(each)), 1) for each in columns)])
-    return table
 
 
 def _errors(seed: int) -> dict[str, FloatArray]:

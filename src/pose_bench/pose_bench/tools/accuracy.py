@@ -11,9 +11,9 @@ from pose_bench import kinectmultitrack, uiprmd
 from pose_bench.one_camera import RAW
 from pose_bench.options import add_jobs_argument
 from pose_bench.pool import run_all
-from pose_bench.tables import TextTable
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
+from pose_evaluation.table import Table
 from pose_evaluation.tables import csv_text
 
 SUMMARY = "how accurate the estimators are on public recordings of real people"
@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Evaluate the recordings that were given."""
     if arguments.uiprmd is None and arguments.kinectmultitrack is None:
         raise InputError("no recordings: expected --uiprmd DIR, --kinectmultitrack DIR or both")
-    tables: list[TextTable] = []
+    tables: list[Table] = []
     files: dict[str, str] = {}
     if arguments.uiprmd is not None:
         used, left_out = uiprmd.read_repetitions(arguments.uiprmd)

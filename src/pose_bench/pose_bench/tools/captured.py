@@ -12,7 +12,7 @@ from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_sess
 from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
-from pose_bench.options import add_jobs_argument, add_motion_argument, add_number
+from pose_bench.options import add_flag, add_jobs_argument, add_motion_argument, add_number
 from pose_bench.pool import run_all
 from pose_bench.tools.showing import publish
 from pose_core.api import PipelineParameters
@@ -31,28 +31,15 @@ BY_SOURCE = ("default", "default+imus")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_motion_argument(parser)
-    parser.add_argument(
-        "--tuning",
-        action="store_true",
-        help="the trackers for tuning, instead of those for evaluation",
-    )
+    add_flag(parser, "--tuning", "the trackers for tuning, instead of those for evaluation")
     what = parser.add_mutually_exclusive_group()
     what.add_argument(
         "--methods", nargs="+", choices=[method.name for method in METHODS], help="(default: all)"
     )
-    what.add_argument(
-        "--imu-sets", action="store_true", help="the default estimator with 1 to 15 IMUs instead"
-    )
-    what.add_argument(
-        "--ablation",
-        action="store_true",
-        help="the default estimator without one of its parts each instead",
-    )
-    parser.add_argument(
-        "--through-bags",
-        action="store_true",
-        help="write each session as a bag, run ./pose fuse on it, judge what it wrote",
-    )
+    add_flag(what, "--imu-sets", "the default estimator with 1 to 15 IMUs instead")
+    add_flag(what, "--ablation", "the default estimator without one of its parts each instead")
+    through = "write each session as a bag, run ./pose fuse on it, judge what it wrote"
+    add_flag(parser, "--through-bags", through)
     parser.add_argument(
         "--sessions", type=int, metavar="N", help="N of the sessions, evenly spread (default: all)"
     )

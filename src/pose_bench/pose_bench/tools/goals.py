@@ -10,28 +10,17 @@ from statistics import median
 import numpy as np
 from rich.console import Console
 
+from pose_bench import speed
 from pose_bench.options import add_number
 from pose_bench.processes import latency_probe
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_bench.speed import (
-    FRAMES,
-    GROWTH_FRAMES,
-    OPENSIM,
-    SLOW_FRAMES,
-    TEXTBOOK,
-    WHOLE,
-    exponent,
-    growth,
-    machine,
-    update_timings,
-)
-from pose_bench.tables import TextTable, number
 from pose_bench.tools.live_graph import LiveResult, run_live
 from pose_bench.tools.offline import fuse_cost
 from pose_bench.tools.prediction import SEED, prediction_errors
 from pose_bench.tools.showing import show
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_evaluation.table import Row, Table, number, text_row
 from pose_fusion.launched_graph import launch, up_command
 from pose_node.child_process import executable, run_to_end, stop
 
@@ -42,8 +31,6 @@ SUMMARY = "all of speed, live, offline and prediction against their goals, in on
 STARTS = 3
 LIVE_S = 45.0  # [s] of the live session
 FUSED_S = 7200.0  # [s] of the live session's bag, repeated, for the offline run
-Row = tuple[str, str, str, str]
-"""Name, measured value, goal, whether it is met."""
 
 
 def first_state_s(session: Path, bag: Path, folder: Path) -> float:
@@ -98,59 +85,63 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure all and print one table."""
-    table = TextTable(
-        title="Goals",
-        header=["", "measured", "goal", ""],
-        note=f"{FRAMES} repeats of an update, {SLOW_FRAMES} of filterpy's, CPU time of one thread; "
-        f"live: {arguments.live_duration:g} s in real processes; fuse: that bag repeated, start-up "
-        f"included. Synthetic motion. {machine()}.",
+    rows: list[Row] = []
+    note = (
+        f"{speed.FRAMES} repeats of an update, {speed.SLOW_FRAMES} of filterpy's, CPU time of one "
+        f"thread; live: {arguments.live_duration:g} s in real processes; fuse: that bag repeated, "
+        f"start-up included. Synthetic motion. {speed.machine()}."
     )
     with (
         tempfile.TemporaryDirectory(prefix="pose_bench_goals_") as name,
         Console(stderr=True).status("measuring one update") as status,
     ):
         folder = Path(name)
-        table.rows += _of_updates()
+        rows += _of_updates()
         status.update("measuring how the cost grows")
-        table.rows += _of_growth()
+        rows += _of_growth()
         status.update(f"running the graph for {arguments.live_duration:g} s")
-        table.rows += _of_live(run_live(arguments.live_duration, folder))
+        rows += _of_live(run_live(arguments.live_duration, folder))
         status.update("starting the graph")
-        table.rows += _of_start(folder)
+        rows += _of_start(folder)
         status.update("fusing the recorded bag, repeated")
         repeats = max(1, round(arguments.fuse_duration / arguments.live_duration))
-        table.rows += _of_fuse(folder / "bag", repeats)
+        rows += _of_fuse(folder / "bag", repeats)
         status.update("predicting to now")
-        table.rows += _of_prediction()
-    show([table])
+        rows += _of_prediction()
+    columns = ["measured", "goal", ""]
+    show([Table(caption="Goals", head="", columns=columns, rows=rows, note=note)])
     return 0
 
 
 def _row(what: str, measured: float, goal: float, digits: int, *, at_least: bool = False) -> Row:
     is_met = measured >= goal if at_least else measured <= goal
     sign = "≥" if at_least else "≤"
-    return what, number(measured, digits), f"{sign} {goal:g}", "met" if is_met else "missed"
+    verdict = "met" if is_met else "missed"
+    return text_row(what, number(measured, digits), f"{sign} {goal:g}", verdict)
 
 
 def _of_updates() -> Iterator[Row]:
-    timings = {timing.name: timing for timing in update_timings(FRAMES, SLOW_FRAMES)}
-    textbook, whole = timings[TEXTBOOK].median_ms, timings[WHOLE]
+    timings = {
+        timing.name: timing for timing in speed.update_timings(speed.FRAMES, speed.SLOW_FRAMES)
+    }
+    textbook, whole = timings[speed.TEXTBOOK].median_ms, timings[speed.WHOLE]
     yield _row("update with nine IMUs, median [ms]", whole.median_ms, 0.5, 3)
     yield _row("update with nine IMUs, 99 % [ms]", whole.p99_ms, 1.0, 3)
     faster = "times faster than filterpy"
     yield _row(f"that update, {faster}", textbook / whole.median_ms, 50.0, 1, at_least=True)
     li2020 = timings["li2020, two Kinects"].median_ms
     yield _row(f"li2020, {faster}", textbook / li2020, 40.0, 1, at_least=True)
-    for name in (OPENSIM, "joint_kf, two Kinects", TEXTBOOK):
+    for name in (speed.OPENSIM, "joint_kf, two Kinects", speed.TEXTBOOK):
         if name not in timings:
-            yield name, "the package is not installed", "", ""
+            yield text_row(name, "the package is not installed", "", "")
         else:
-            yield f"for comparison: {name} [ms]", number(timings[name].median_ms, 3), "", ""
+            median_ms = number(timings[name].median_ms, 3)
+            yield text_row(f"for comparison: {name} [ms]", median_ms, "", "")
 
 
 def _of_growth() -> Iterator[Row]:
-    for what, points in growth(GROWTH_FRAMES).items():
-        yield _row(f"exponent of the cost by number of {what}", exponent(points), 1.1, 2)
+    for what, points in speed.growth(speed.GROWTH_FRAMES).items():
+        yield _row(f"exponent of the cost by number of {what}", speed.exponent(points), 1.1, 2)
 
 
 def _of_live(result: LiveResult) -> Iterator[Row]:

@@ -16,10 +16,10 @@ from pose_bench.imu_accuracy import (
     synthetic_errors,
     trial_errors,
 )
-from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
+from pose_evaluation.table import Table, number_row
 from pose_node.plain_console import progress_bar
 
 SUMMARY = "how accurate the IMUs' orientation filters are, on BROAD and on the synthetic subject"
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.no_synthetic and arguments.broad is None:
         raise InputError("nothing to run: give BROAD_DIR, or leave out --no-synthetic")
     with progress_bar(Console(stderr=True), TimeRemainingColumn()) as progress:
-        tables: list[TextTable] = []
+        tables: list[Table] = []
         if arguments.broad is not None:
             tables += _broad(arguments.broad, progress)
         if not arguments.no_synthetic:
@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _broad(folder: Path, progress: Progress) -> list[TextTable]:
+def _broad(folder: Path, progress: Progress) -> list[Table]:
     trials = read_broad(folder)
     found = [
         trial_errors(trials, each, partial(progress.track, description=f"BROAD, {each.name}"))
@@ -77,7 +77,7 @@ def _broad(folder: Path, progress: Progress) -> list[TextTable]:
     return _tables("BROAD (optical truth)", rows, PUBLISHED)
 
 
-def _synthetic(progress: Progress) -> list[TextTable]:
+def _synthetic(progress: Progress) -> list[Table]:
     task = progress.add_task("synthetic", total=len(SYNTHETIC) * len(VARIANTS))
     rows: dict[str, Sequence[FloatArray]] = {}
     for choreography, level in SYNTHETIC:
@@ -89,17 +89,17 @@ def _synthetic(progress: Progress) -> list[TextTable]:
     return _tables("Synthetic subject", rows, SYNTHETIC_NOTE)
 
 
-def _tables(title: str, rows: Mapping[str, Sequence[FloatArray]], note: str) -> list[TextTable]:
+def _tables(title: str, rows: Mapping[str, Sequence[FloatArray]], note: str) -> list[Table]:
     """One table a kind of error; the note under the last."""
     if len(rows) > 1:
         rows = {**rows, "mean": list(np.mean(list(rows.values()), axis=0))}
-    tables = [
-        TextTable(
-            title=f"{title}: {kind} RMS error [deg]",
-            header=["", *(variant.name for variant in VARIANTS)],
-            rows=[[name, *(number(each[k], 2) for each in found)] for name, found in rows.items()],
+    return [
+        Table(
+            caption=f"{title}: {kind} RMS error [deg]",
+            head="",
+            columns=[variant.name for variant in VARIANTS],
+            rows=[number_row(name, [each[k] for each in found], 2) for name, found in rows.items()],
+            note=note if kind == KINDS[-1] else "",
         )
         for k, kind in enumerate(KINDS)
     ]
-    tables[-1].note = note
-    return tables

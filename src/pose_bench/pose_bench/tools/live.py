@@ -9,9 +9,9 @@ from rich.console import Console
 
 from pose_bench.options import add_number
 from pose_bench.speed import machine
-from pose_bench.tables import TextTable, number
 from pose_bench.tools.live_graph import LiveResult, run_live
 from pose_bench.tools.showing import publish
+from pose_evaluation.table import Table, number, number_row, table_of, text_row
 
 SUMMARY = "the whole graph in real processes: latency, load, memory, missing joint states"
 
@@ -33,33 +33,36 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _latency_table(result: LiveResult) -> TextTable:
-    states = len(result.latency_ms)
-    table = TextTable(
-        title="Latency [ms]",
-        header=["", "median", "99 %", "most"],
-        note=f"{states} joint states; {result.missing} instants of the output grid without one. "
+def _latency_table(result: LiveResult) -> Table:
+    values = np.percentile(result.latency_ms, [50.0, 99.0, 100.0]).tolist()
+    rows = [number_row("stamp of a joint state to its arrival in another process", values, 1)]
+    for stage, text in result.stages.items():
+        median, _, p99 = text.partition(", p99 ")
+        rows.append(text_row(f"a frame: {stage.replace('_', ' ')}", median, p99, ""))
+    return Table(
+        caption="Latency [ms]",
+        head="",
+        columns=["median", "99 %", "most"],
+        rows=rows,
+        note=f"{len(result.latency_ms)} joint states; {result.missing} instants of the output grid "
+        "without one. "
         "Stages: the last ten seconds of the reference camera's frames, from the fusion's "
         "diagnostics; the last stage includes the wait for the next instant of the grid. Two "
         "Kinects at 30 Hz, nine IMUs at 100 Hz, synthetic, with recorder and calibration. "
         f"{machine()}.",
     )
-    values = np.percentile(result.latency_ms, [50.0, 99.0, 100.0]).tolist()
-    name = "stamp of a joint state to its arrival in another process"
-    table.rows.append([name, *(number(each, 1) for each in values)])
-    for stage, text in result.stages.items():
-        median, _, p99 = text.partition(", p99 ")
-        table.rows.append([f"a frame: {stage.replace('_', ' ')}", median, p99, ""])
-    return table
 
 
-def _cost_table(result: LiveResult) -> TextTable:
-    table = TextTable(
-        title="The graph's processes, without the virtual IMUs' device",
-        header=["", "load [cores]", "memory [MB]"],
-        note="Memory: what a process has for itself, and its share of what several use.",
+def _cost_table(result: LiveResult) -> Table:
+    rows = [(name, (result.load[name], result.memory_mb[name])) for name in sorted(result.load)]
+    rows.append(("all", (sum(result.load.values()), sum(result.memory_mb.values()))))
+    return table_of(
+        "The graph's processes, without the virtual IMUs' device",
+        "",
+        rows,
+        {
+            "load [cores]": lambda one: number(one[0], 2),
+            "memory [MB]": lambda one: number(one[1], 0),
+        },
+        "Memory: what a process has for itself, and its share of what several use.",
     )
-    rows = [(name, result.load[name], result.memory_mb[name]) for name in sorted(result.load)]
-    rows.append(("all", sum(result.load.values()), sum(result.memory_mb.values())))
-    table.rows += [(name, number(load, 2), number(size, 0)) for name, load, size in rows]
-    return table

@@ -14,7 +14,6 @@ from pose_bench.nodes.fault_player import FaultPlayer, Planned
 from pose_bench.options import add_number
 from pose_bench.processes import Usages, latency_probe, usages
 from pose_bench.speed import machine
-from pose_bench.tables import TextTable, number
 from pose_bench.tools.fault_sessions import await_graph, isolate, start_graph
 from pose_bench.tools.live_graph import latencies
 from pose_bench.tools.load_scenes import SCENES, LoadScene
@@ -23,6 +22,7 @@ from pose_bench.tools.soak_recording import LOOP_NS, LoopMessage, loop_message
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_evaluation.table import Table, number, table_of
 from pose_node.child_process import stop
 
 SUMMARY = "the live graph with many sensors or people: latency, losses, memory over time"
@@ -139,30 +139,40 @@ def _replay(
     return measured
 
 
-def _table(results: list[LoadResult]) -> TextTable:
-    header = ["scene", "median [ms]", "99 %", "largest", "missing [%]", "lost", "RMSE [°]", "cores"]
-    table = TextTable(
-        title="Load",
-        header=[*header, "replay late [ms]", "machine's load"],
-        note="Age of a joint state at its arrival in another process; instants of the output "
+def _table(results: list[LoadResult]) -> Table:
+    return table_of(
+        "Load",
+        "scene",
+        ((one.scene, one) for one in results),
+        {
+            "median [ms]": lambda one: number(np.median(one.latency_ms), 1),
+            "99 %": lambda one: number(np.percentile(one.latency_ms, 99.0), 1),
+            "largest": lambda one: number(one.latency_ms.max(), 1),
+            "missing [%]": lambda one: number(100.0 * one.missing, 2),
+            "lost": lambda one: str(one.lost),
+            "RMSE [°]": lambda one: number(one.rmse_deg, 1),
+            "cores": lambda one: number(one.cores, 2),
+            "replay late [ms]": lambda one: number(one.late_ms, 0),
+            "machine's load": lambda one: number(one.machine_load, 1),
+        },
+        "Age of a joint state at its arrival in another process; instants of the output "
         "without one; messages lost on the way to fusion and recorder. Real processes of "
         f"calibration, fusion and recorder. {machine()}.",
     )
-    for one in results:
-        latency = [number(p, 1) for p in np.percentile(one.latency_ms, [50.0, 99.0, 100.0])]
-        figures = [number(100.0 * one.missing, 2), str(one.lost), number(one.rmse_deg, 1)]
-        machine_ = [number(one.cores, 2), number(one.late_ms, 0), number(one.machine_load, 1)]
-        table.rows.append([one.scene, *latency, *figures, *machine_])
-    return table
 
 
-def _memory(results: list[LoadResult]) -> TextTable:
-    table = TextTable(
-        title="Memory [MB] of each process",
-        header=["scene, process", f"after {STEADY_S:g} s", "middle", "end"],
+def _memory(results: list[LoadResult]) -> Table:
+    return table_of(
+        "Memory [MB] of each process",
+        "scene, process",
+        (
+            (f"{one.scene}: {process}", sizes)
+            for one in results
+            for process, sizes in sorted(one.memory_mb.items())
+        ),
+        {
+            f"after {STEADY_S:g} s": lambda sizes: number(sizes[0], 1),
+            "middle": lambda sizes: number(sizes[len(sizes) // 2], 1),
+            "end": lambda sizes: number(sizes[-1], 1),
+        },
     )
-    for one in results:
-        for process, sizes in sorted(one.memory_mb.items()):
-            shown = (number(sizes[at], 1) for at in (0, len(sizes) // 2, -1))
-            table.rows.append([f"{one.scene}: {process}", *shown])
-    return table

@@ -8,7 +8,6 @@ import numpy as np
 from rich.console import Console
 
 from pose_bench.sessions import EVALUATED_FROM_S, BenchSession, SessionSpec, bench_session
-from pose_bench.tables import TextTable
 from pose_bench.tools.showing import publish
 from pose_core.api import SkeletonSeries, series_from_samples
 from pose_core.finite_numbers import mean_known
@@ -18,6 +17,7 @@ from pose_evaluation.agreement import view_agreement
 from pose_evaluation.scores import HIPS_AND_KNEES as LEGS
 from pose_evaluation.scores import score_method
 from pose_evaluation.stability import bone_length_cv_percent
+from pose_evaluation.table import Table, text_row
 from pose_sim.captured.session import START_NS
 from pose_sim.choreography import STILL
 from pose_sim.scene import SENSORS, SceneParameters
@@ -70,18 +70,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print."""
     presets, seeds = arguments.noise, arguments.seeds
-    rows: list[Sequence[str]] = []
+    rows = []
     with Console(stderr=True).status("measuring"):
         for quantity, choreography, names, sensor, published in ANGLE_FIGURES:
             sessions = _sessions(choreography, SceneParameters().aside, presets, seeds)
             found = [[angle_error(each, sensor, names) for each in of] for of in sessions]
-            rows.append([quantity, published, *(_mean("{:.1f}°, r {:.2f}", of) for of in found)])
+            means = (_mean("{:.1f}°, r {:.2f}", of) for of in found)
+            rows.append(text_row(quantity, published, *means))
         for quantity, aside, (begin_s, end_s), published in VIEW_FIGURES:
             sessions = _sessions("leg_lift_march", aside, presets, seeds)
             views = [[two_views(each, begin_s, end_s) for each in of] for of in sessions]
-            text = "{:.1f} cm, {:.1f} %, {:.1f}°"
-            rows.append([quantity, published, *(_mean(text, of) for of in views)])
-    table = TextTable(title=TITLE, header=["quantity", "published", *presets], rows=rows)
+            means = (_mean("{:.1f} cm, {:.1f} %, {:.1f}°", of) for of in views)
+            rows.append(text_row(quantity, published, *means))
+    table = Table(caption=TITLE, head="quantity", columns=["published", *presets], rows=rows)
     publish([table], TITLE, arguments.output, "noise.md")
     return 0
 

@@ -13,10 +13,10 @@ from rich.console import Console
 
 from pose_bench.processes import usages
 from pose_bench.speed import machine
-from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_core.stamps import CDR_STAMP, CDR_STAMP_AT, NS_PER_S, serialized_ns
+from pose_evaluation.table import number, table_of
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
 from pose_io.names import TF_STATIC
@@ -79,16 +79,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print."""
-    table = TextTable(
-        title="./pose fuse, start-up included",
-        header=["", "time [s]", "times real time", "CPU time [s]", "peak memory [MB]"],
-        note=f"{machine()}. The bag repeated, its IMUs left out or not. Time by the clock; CPU "
-        "time and memory of both processes.",
-    )
+    costs: list[tuple[str, FuseCost]] = []
     for imus in (False, True):
+        sensors = "two Kinects, nine IMUs" if imus else "two Kinects"
         for times in arguments.times:
             with Console(stderr=True).status(f"{times} times the bag"):
-                table.rows.append(_row(arguments.bag, times, imus))
+                cost = fuse_cost(arguments.bag, times, imus)
+            costs.append((f"{sensors}, {number(cost.duration_s / 60.0, 1)} min", cost))
+    table = table_of(
+        "./pose fuse, start-up included",
+        "",
+        costs,
+        {
+            "time [s]": lambda cost: number(cost.clock_s, 1),
+            "times real time": lambda cost: number(cost.duration_s / cost.clock_s, 1),
+            "CPU time [s]": lambda cost: number(cost.cpu_s, 1),
+            "peak memory [MB]": lambda cost: number(cost.memory_mb, 0),
+        },
+        f"{machine()}. The bag repeated, its IMUs left out or not. Time by the clock; CPU "
+        "time and memory of both processes.",
+    )
     publish([table], "Offline", arguments.output, "offline.md")
     return 0
 
@@ -123,18 +133,6 @@ def fuse_cost(path: Path, times: int, imus: bool) -> FuseCost:
             duration_s = repeat(bag, folder / "in", times, imus=imus)
         clock_s, cpu_s, memory_mb = _fused(folder / "in", folder / "out")
     return FuseCost(duration_s=duration_s, clock_s=clock_s, cpu_s=cpu_s, memory_mb=memory_mb)
-
-
-def _row(path: Path, times: int, imus: bool) -> list[str]:
-    cost = fuse_cost(path, times, imus)
-    sensors = "two Kinects, nine IMUs" if imus else "two Kinects"
-    return [
-        f"{sensors}, {number(cost.duration_s / 60.0, 1)} min",
-        number(cost.clock_s, 1),
-        number(cost.duration_s / cost.clock_s, 1),
-        number(cost.cpu_s, 1),
-        number(cost.memory_mb, 0),
-    ]
 
 
 def _fused(in_bag: Path, out_bag: Path) -> tuple[float, float, float]:

@@ -11,14 +11,15 @@ import numpy as np
 from rich.console import Console
 
 from pose_bench.options import add_motion_argument, add_number
-from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.api import PeopleTracker
 from pose_evaluation.identity import IdentityScore, score_identities
+from pose_evaluation.table import Table, number, text_row
 from pose_sim.captured.clips import bundled_clips, clips_in
 from pose_sim.captured.crowd import Crowd, CrowdSpec, make_crowd
 
 SUMMARY = "identity switches of one to six captured people who cross and leave, and the cost"
+COLUMNS = ("they leave", "skeletons", "switches", "wrong [%]", "held back [%]", "ms a frame")
 
 
 def make_scene(
@@ -78,17 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print."""
-    table = TextTable(
-        title="Identities of captured people before two cameras",
-        header=[
-            *("people", "they leave", "skeletons", "switches", "wrong [%]", "held back [%]"),
-            "ms a frame",
-        ],
-        note="Captured people on drawn paths in a room of 3.4 m by 3.4 m, simulated "
-        "trackers: half of the returns keep their id, 30 % get a new one, 20 % that of the person "
-        "who hid them. Who leaves does so for 1 to 5 s, every 8 to 20 s. Wrong: skeletons given "
-        "an identity that is mostly somebody else's. Held back: given to nobody.",
-    )
+    rows = []
     for count in arguments.people:
         for leaves in (False, True):
             with Console(stderr=True).status(f"{count} people"):
@@ -96,16 +87,21 @@ def run(arguments: argparse.Namespace) -> int:
                 made = partial(make_scene, leaves=leaves, folders=arguments.motion)
                 scores = [score_scene(made(count, seed, arguments.duration)) for seed in seeds]
             one = reduce(add, (identity for identity, _ in scores))
-            table.rows.append(
-                [
-                    str(count),
-                    "yes" if leaves else "no",
-                    str(one.skeletons),
-                    str(one.switches),
-                    number(100.0 * one.wrong / max(one.assigned, 1), 1),
-                    number(100.0 * (1.0 - one.assigned / max(one.skeletons, 1)), 1),
-                    number(1e3 * float(np.mean([frame_s for _, frame_s in scores])), 2),
-                ]
-            )
+            wrong = 100.0 * one.wrong / max(one.assigned, 1)
+            held_back = 100.0 * (1.0 - one.assigned / max(one.skeletons, 1))
+            frame_ms = 1e3 * float(np.mean([frame_s for _, frame_s in scores]))
+            counts = ("yes" if leaves else "no", str(one.skeletons), str(one.switches))
+            shares = (number(wrong, 1), number(held_back, 1), number(frame_ms, 2))
+            rows.append(text_row(str(count), *counts, *shares))
+    table = Table(
+        caption="Identities of captured people before two cameras",
+        head="people",
+        columns=COLUMNS,
+        rows=rows,
+        note="Captured people on drawn paths in a room of 3.4 m by 3.4 m, simulated "
+        "trackers: half of the returns keep their id, 30 % get a new one, 20 % that of the person "
+        "who hid them. Who leaves does so for 1 to 5 s, every 8 to 20 s. Wrong: skeletons given "
+        "an identity that is mostly somebody else's. Held back: given to nobody.",
+    )
     publish([table], "People", arguments.output, "people.md")
     return 0

@@ -13,7 +13,6 @@ from rich.console import Console
 
 from pose_bench.options import add_number
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
-from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.api import (
     BodyEstimate,
@@ -25,6 +24,7 @@ from pose_core.api import (
 )
 from pose_core.errors import InputError
 from pose_evaluation.offline import tracked_series
+from pose_evaluation.table import Table, number_row
 
 SUMMARY = "the pose predicted to now against the last output, both against the truth of now"
 SEED = 101  # that no parameter was tuned on
@@ -107,12 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print."""
-    table = TextTable(
-        title="Error against the truth of now [°], mean over the angles",
-        header=["", "last output", "predicted", "ratio", "its stddev", "predicted stddev"],
-        note="Synthetic subject, asked every 10 ms, nothing shifted in time: without IMUs most of "
-        "the error is the trackers' own delay. Standard deviations as published, medians [°].",
-    )
+    rows = []
     for name in arguments.choreographies:
         spec = SessionSpec(
             choreography=name, level="typical", seed=SEED, duration_s=arguments.duration
@@ -124,6 +119,14 @@ def run(arguments: argparse.Namespace) -> int:
                 label = f"{name}, two Kinects{', nine IMUs' if use_imus else ''}"
                 values = (found.held_deg, found.predicted_deg, found.predicted_deg / found.held_deg)
                 stddevs = (found.held_stddev_deg, found.predicted_stddev_deg)
-                table.rows.append([label, *(number(each, 2) for each in (*values, *stddevs))])
+                rows.append(number_row(label, (*values, *stddevs), 2))
+    table = Table(
+        caption="Error against the truth of now [°], mean over the angles",
+        head="",
+        columns=["last output", "predicted", "ratio", "its stddev", "predicted stddev"],
+        rows=rows,
+        note="Synthetic subject, asked every 10 ms, nothing shifted in time: without IMUs most of "
+        "the error is the trackers' own delay. Standard deviations as published, medians [°].",
+    )
     publish([table], "Prediction", arguments.output, "prediction.md")
     return 0

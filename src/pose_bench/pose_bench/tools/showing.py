@@ -3,21 +3,21 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from pose_bench.tables import TextTable
 from pose_core.errors import writing
+from pose_evaluation.table import Table
 from pose_node.plain_console import plain_console
 
 
-def show(tables: Sequence[TextTable]) -> None:
+def show(tables: Sequence[Table]) -> None:
     """Print tables, each followed by an empty line."""
     console = plain_console()
     for table in tables:
-        console.print(table.table.terminal())
+        console.print(table.terminal())
         console.print()
 
 
 def publish(
-    tables: Sequence[TextTable], title: str, folder: Path | None, name: str, **others: str
+    tables: Sequence[Table], title: str, folder: Path | None, name: str, **others: str
 ) -> None:
     """Print tables, and write them as a Markdown file ``name`` where a folder is given.
 
@@ -39,6 +39,6 @@ def publish(
                 (folder / file).write_text(text)
 
 
-def document(title: str, tables: Sequence[TextTable]) -> str:
+def document(title: str, tables: Sequence[Table]) -> str:
     """Tables as one Markdown document."""
-    return "\n".join([f"# {title}", "", *(table.table.markdown() for table in tables)])
+    return "\n".join([f"# {title}", "", *(table.markdown() for table in tables)])

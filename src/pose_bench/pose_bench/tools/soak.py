@@ -2,7 +2,7 @@
 
 import argparse
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
 
@@ -10,14 +10,14 @@ import numpy as np
 import psutil
 
 from pose_bench.faults.judging import rmse_deg
-from pose_bench.options import add_number
+from pose_bench.options import add_flag, add_number
 from pose_bench.speed import machine
-from pose_bench.tables import TextTable, number
 from pose_bench.tools.fault_sessions import captured_person, truth_of
 from pose_bench.tools.showing import publish
 from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, steps_of
 from pose_bench.tools.soak_session import LiveSession
 from pose_core.api import extrinsics_from_map
+from pose_evaluation.table import Table, number, table_of
 from pose_sim.captured.session import START_NS
 
 SUMMARY = "a day of live operation in one process: growth of memory, open files, threads; accuracy"
@@ -41,18 +41,24 @@ class Measurement:
     rmse_deg: float  # [deg] of the twelve angles in the last loop of the recording
 
 
+COLUMNS: dict[str, Callable[[Measurement], str]] = {
+    "after [s]": lambda one: number(one.taken_s, 0),
+    "memory [MB]": lambda one: number(one.memory_mb, 1),
+    "files": lambda one: str(one.files),
+    "threads": lambda one: str(one.threads),
+    "outputs": lambda one: str(one.outputs),
+    "RMSE [°]": lambda one: number(one.rmse_deg, 2),
+}
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_number(parser, "--hours", 24.0, "H", "of the session")
     parser.add_argument(
         "--minutes", type=float, default=np.inf, metavar="M", help="end after M real minutes"
     )
-    parser.add_argument(
-        "--light",
-        action="store_true",
-        help="a third of the frames, two IMUs with a quarter of their samples, ten joint states a "
-        "second",
-    )
+    light = "a third of the frames, two IMUs with a quarter of their samples, ten joint states a "
+    add_flag(parser, "--light", f"{light}second")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -61,7 +67,8 @@ def run(arguments: argparse.Namespace) -> int:
     end_s = time.monotonic() + 60.0 * arguments.minutes
     for measurement in operate(is_light=arguments.light):
         measured.append(measurement)
-        print(" | ".join(_row(measurement)), flush=True)
+        cells = (_hours(measurement), *(cell(measurement) for cell in COLUMNS.values()))
+        print(" | ".join(cells), flush=True)
         if measurement.hours >= arguments.hours or time.monotonic() > end_s:
             break
     publish([_table(measured, arguments.light)], "Soak", arguments.output, "soak.md")
@@ -117,28 +124,21 @@ def broken_bounds(measured: Sequence[Measurement]) -> list[str]:
     return [name for name, does in holds.items() if not does]
 
 
-def _table(measured: Sequence[Measurement], is_light: bool) -> TextTable:
+def _table(measured: Sequence[Measurement], is_light: bool) -> Table:
     sensors = "two cameras, nine IMUs"
     if is_light:
         sensors = "two cameras at 10 Hz, two IMUs at 25 Hz, ten joint states a second"
-    return TextTable(
-        title="Live operation in one process",
-        header=["hours", "after [s]", "memory [MB]", "files", "threads", "outputs", "RMSE [°]"],
-        rows=[_row(one) for one in measured],
-        note="Fusion and calibration as their nodes drive them, on serialised messages, outputs "
+    return table_of(
+        "Live operation in one process",
+        "hours",
+        ((_hours(one), one) for one in measured),
+        COLUMNS,
+        "Fusion and calibration as their nodes drive them, on serialised messages, outputs "
         f"serialised. One captured person of 62 s again and again, {sensors}; an empty "
         "room for 2 s between; a visitor with a new id in every fifth loop; a new calibration each "
         f"quarter of an hour. {machine()}.",
     )
 
 
-def _row(one: Measurement) -> list[str]:
-    return [
-        number(one.hours, 2),
-        number(one.taken_s, 0),
-        number(one.memory_mb, 1),
-        str(one.files),
-        str(one.threads),
-        str(one.outputs),
-        number(one.rmse_deg, 2),
-    ]
+def _hours(one: Measurement) -> str:
+    return number(one.hours, 2)

@@ -11,8 +11,7 @@ from rich.console import Console
 from pose_bench.captured import true_extrinsics
 from pose_bench.captured_suite import captured_specs
 from pose_bench.one_camera import CAMERA, LEVEL_MOUNTING, view_of_stream
-from pose_bench.options import add_motion_argument, add_number
-from pose_bench.tables import UNKNOWN, TextTable, number
+from pose_bench.options import add_motion_argument, add_number, add_paths
 from pose_bench.tools.showing import publish
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
@@ -28,6 +27,7 @@ from pose_core.api import (
 )
 from pose_core.errors import InputError
 from pose_evaluation.stream_quality import AngleStream, StreamQuality, measure_stream, stream_of
+from pose_evaluation.table import UNKNOWN, Row, Table, number, text_row
 from pose_io.bag_samples import read_estimates
 from pose_io.bags import BagReader, open_bag
 from pose_io.recordings.formats import read_recording
@@ -102,22 +102,10 @@ def _limits(bag: BagReader, topic: str) -> dict[str, tuple[float, float]]:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_motion_argument(parser)
-    parser.add_argument(
-        "--recording",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="a recording of one person; each camera's stream is fused alone, then all together",
-    )
-    parser.add_argument(
-        "--bag",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="BAG",
-        help="a bag that was recorded live; its joint_states are judged as they were heard",
-    )
+    alone = "a recording of one person; each camera's stream is fused alone, then all together"
+    add_paths(parser, "--recording", "FILE", alone)
+    live = "a bag that was recorded live; its joint_states are judged as they were heard"
+    add_paths(parser, "--bag", "BAG", live)
     add_number(parser, "--sessions", 4, "N", "captured ones of each folder")
     add_number(parser, "--output-rate", 100.0, "HZ", "of the joint states")
     add_number(parser, "--seed", SEED, "N", "of everything random")
@@ -125,17 +113,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print; 1 if a stream does not meet a requirement."""
-    table = TextTable(title="joint_states", header=("stream", *COLUMNS), note=NOTE)
+    rows: list[Row] = []
     broken: list[str] = []
     with Console(stderr=True).status("fusing") as status:
         for name, quality in measured(arguments):
             status.update(f"fused {name}")
             if quality is None:
-                table.rows.append([name, "0", *[UNKNOWN] * (len(COLUMNS) - 1)])
+                rows.append(text_row(name, "0", *[UNKNOWN] * (len(COLUMNS) - 1)))
                 broken.append(f"{name}: nothing published")
             else:
-                table.rows.append([name, *(cell(quality) for cell in COLUMNS.values())])
+                rows.append(text_row(name, *(cell(quality) for cell in COLUMNS.values())))
                 broken += [f"{name}: {what}" for what in quality.broken(arguments.output_rate)]
+    table = Table(
+        caption="joint_states", head="stream", columns=list(COLUMNS), rows=rows, note=NOTE
+    )
     publish([table], SUMMARY, arguments.output, "stream.md")
     for line in broken:
         print(f"not met  {line}")
@@ -148,9 +139,8 @@ def measured(arguments: argparse.Namespace) -> Iterator[tuple[str, StreamQuality
     has_others = arguments.recording or arguments.bag
     folders: Sequence[Path | None] = arguments.motion or ([] if has_others else [None])
     for folder in folders:
-        for spec in captured_specs(folder, held_out=True, seed=arguments.seed)[
-            : arguments.sessions
-        ]:
+        specs = captured_specs(folder, held_out=True, seed=arguments.seed)
+        for spec in specs[: arguments.sessions]:
             session = make_captured_session(spec)
             extrinsics = true_extrinsics(session)
             for imus in (False, True):

@@ -5,6 +5,7 @@ import os
 import signal
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,12 @@ from rich.console import Console
 from pose_bench.options import add_number
 from pose_bench.processes import generate_session, pids_of, sleep_until
 from pose_bench.speed import machine
-from pose_bench.tables import TextTable, number, percent
+from pose_bench.tables import percent
 from pose_bench.teleop_scores import NotFollowedError, TeleopScores, score_teleop
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_evaluation.table import Table, number, text_row
 from pose_fusion.launched_graph import LaunchedGraph
 from pose_io.recordings.formats import plain_csv
 from pose_io.recordings.recording import make_recording, make_stream
@@ -31,6 +33,23 @@ FAULTS = ("kinect_bridge", "fusion", "arm", "simulated_robot")
 FIRST_FAULT_S, BETWEEN_S = 35.0, 10.0  # [s] into the session
 CLIPS = ("directing_traffic", "basketball", "soccer")  # clips with arm motion, 40 s
 ROUNDS = 3  # repetitions of the clips
+
+
+ROWS: dict[str, Callable[[TeleopScores], str]] = {
+    "commands": lambda s: str(s.commands),
+    "followed, of the time since the first command": lambda s: percent(s.followed),
+    "tool error, median [mm]": lambda s: number(float(np.median(s.tool_mm)), 1),
+    "tool error, 95 % [mm]": lambda s: number(float(np.percentile(s.tool_mm, 95.0)), 1),
+    "latency, median [ms]": lambda s: number(float(np.median(s.latency_ms)), 1),
+    "latency, 99 % [ms]": lambda s: number(float(np.percentile(s.latency_ms, 99.0)), 1),
+    "jerk, 99 %, share of its limit": lambda s: number(s.jerk, 2),
+    "commands beyond position [rad]": lambda s: number(s.beyond[0], 4, sign=True),
+    "commands beyond velocity [share]": lambda s: number(s.beyond[1], 4, sign=True),
+    "commands beyond acceleration [share]": lambda s: number(s.beyond[2], 4, sign=True),
+    "robot beyond position [rad]": lambda s: number(s.robot_beyond[0], 4, sign=True),
+    "robot beyond velocity [share]": lambda s: number(s.robot_beyond[1], 4, sign=True),
+}
+"""Functions from the scores of one person to a cell."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -129,30 +148,15 @@ def _kill(root: int, name: str) -> None:
     os.kill(pids[0], signal.SIGKILL)
 
 
-def _table(scores: dict[str, TeleopScores], arguments: argparse.Namespace) -> TextTable:
+def _table(scores: dict[str, TeleopScores], arguments: argparse.Namespace) -> Table:
     killed = "nothing died" if arguments.no_faults else f"killed meanwhile: {', '.join(FAULTS)}"
-    table = TextTable(
-        title="A simulated G1's left arm follows a person through the live graph",
-        header=["", *scores],
+    return Table(
+        caption="A simulated G1's left arm follows a person through the live graph",
+        head="",
+        columns=list(scores),
+        rows=[text_row(name, *map(cell, scores.values())) for name, cell in ROWS.items()],
         note=f"{arguments.duration:g} s each; {killed}. Tool: distance from where the pose of the "
         "moment asks it to be, soft starts included. Latency: from the stamp that is followed to "
         "the command in another process. Limits: positive is beyond. "
         f"{machine()}.",
     )
-    rows = {
-        "commands": lambda s: str(s.commands),
-        "followed, of the time since the first command": lambda s: percent(s.followed),
-        "tool error, median [mm]": lambda s: number(float(np.median(s.tool_mm)), 1),
-        "tool error, 95 % [mm]": lambda s: number(float(np.percentile(s.tool_mm, 95.0)), 1),
-        "latency, median [ms]": lambda s: number(float(np.median(s.latency_ms)), 1),
-        "latency, 99 % [ms]": lambda s: number(float(np.percentile(s.latency_ms, 99.0)), 1),
-        "jerk, 99 %, share of its limit": lambda s: number(s.jerk, 2),
-        "commands beyond position [rad]": lambda s: number(s.beyond[0], 4, sign=True),
-        "commands beyond velocity [share]": lambda s: number(s.beyond[1], 4, sign=True),
-        "commands beyond acceleration [share]": lambda s: number(s.beyond[2], 4, sign=True),
-        "robot beyond position [rad]": lambda s: number(s.robot_beyond[0], 4, sign=True),
-        "robot beyond velocity [share]": lambda s: number(s.robot_beyond[1], 4, sign=True),
-    }
-    for name, cell in rows.items():
-        table.rows.append([name, *(cell(each) for each in scores.values())])
-    return table

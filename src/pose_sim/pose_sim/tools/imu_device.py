@@ -51,27 +51,13 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="NS",
         help="UNIX time [ns] of the session's time zero (default: now)",
     )
-    parser.add_argument(
-        "--lost",
-        type=float,
-        default=0.002,
-        metavar="SHARE",
-        help="frames lost (default: %(default)g)",
-    )
-    parser.add_argument(
-        "--corrupted",
-        type=float,
-        default=0.0005,
-        metavar="SHARE",
-        help="frames with a wrong byte (default: %(default)g)",
-    )
-    parser.add_argument(
-        "--jitter",
-        type=float,
-        default=0.0,
-        metavar="S",
-        help="mean delay on top of the session's own [s] (default: %(default)g)",
-    )
+    for name, default, metavar, meaning in (
+        ("--lost", 0.002, "SHARE", "frames lost"),
+        ("--corrupted", 0.0005, "SHARE", "frames with a wrong byte"),
+        ("--jitter", 0.0, "S", "mean delay on top of the session's own [s]"),
+    ):
+        text = f"{meaning} (default: %(default)g)"
+        parser.add_argument(name, type=float, default=default, metavar=metavar, help=text)
     parser.add_argument("--seed", type=int, default=1, help="of all chance (default: %(default)s)")
     return parser
 
