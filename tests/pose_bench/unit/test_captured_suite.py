@@ -84,9 +84,11 @@ def test_tables_have_the_mean_the_worst_session_and_what_failed():
         error="not calibrated",
     )  # fmt: skip
     table = summary_table([SCORE, worse, failed], "title")
-    assert table.rows[0][:3] == ("default", "0.60", "0.70, 1 failed")
+    (row,) = table.rows
+    assert row.name == "default"
+    assert [cell.text for cell in row.cells[:2]] == ["0.60", "0.70, 1 failed"]
     rows = source_table([SCORE, worse], ["default"]).rows
-    assert [row[0] for row in rows] == ["here, default", "known, default"]
+    assert [row.name for row in rows] == ["here, default", "known, default"]
 
 
 def test_the_csv_has_a_row_for_each_session_and_method():
