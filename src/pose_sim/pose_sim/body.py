@@ -31,9 +31,7 @@ PROXIMAL_JOINTS = {
 SIGNS = {"left": 1.0, "right": -1.0}
 """Direction of each side along y."""
 BODY_ANGLES: tuple[str, ...] = (
-    "pelvis_yaw",
-    "pelvis_tilt",
-    "pelvis_obliquity",
+    *("pelvis_yaw", "pelvis_tilt", "pelvis_obliquity"),
     *(
         f"{part}_{angle}"
         for part in ("lumbar", "thoracic", "neck")
@@ -43,18 +41,10 @@ BODY_ANGLES: tuple[str, ...] = (
         f"{side}_{angle}"
         for side in SIDES
         for angle in (
-            "clavicle_elevation",
-            "clavicle_protraction",
-            "shoulder_flexion",
-            "shoulder_abduction",
-            "shoulder_rotation",
-            "elbow_flexion",
-            "forearm_rotation",
-            "hip_flexion",
-            "hip_abduction",
-            "hip_rotation",
-            "knee_flexion",
-            "ankle_flexion",
+            *("clavicle_elevation", "clavicle_protraction"),
+            *("shoulder_flexion", "shoulder_abduction", "shoulder_rotation"),
+            *("elbow_flexion", "forearm_rotation"),
+            *("hip_flexion", "hip_abduction", "hip_rotation", "knee_flexion", "ankle_flexion"),
         )
     ),
 )
@@ -231,8 +221,7 @@ class _Builder:
         self.place(segment, turned, self.point(parent, self.offsets[offset or segment]))
 
     def point(self, segment: str, offset: FloatArray) -> FloatArray:
-        turned = self.rotations[segment] @ offset
-        return self.origins[segment] + turned
+        return self.origins[segment] + self.rotations[segment] @ offset
 
     def pose(self) -> BodyPoses:
         joints = {

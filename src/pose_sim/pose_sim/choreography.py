@@ -157,10 +157,8 @@ def bow(t: AngleTimeline) -> None:
     t.move(1.4, both(shoulder_flexion=0))
     t.wait(0.5)
     for degrees in (14.0, 0.0, -14.0, 0.0):
-        t.move(
-            1.0,
-            {"lumbar_lateral_bending": 0.7 * degrees, "thoracic_lateral_bending": degrees},
-        )
+        shares = {"lumbar_lateral_bending": 0.7, "thoracic_lateral_bending": 1.0}
+        t.move(1.0, {name: share * degrees for name, share in shares.items()})
 
 
 def turn(t: AngleTimeline) -> None:
@@ -174,17 +172,9 @@ def turn(t: AngleTimeline) -> None:
 
 
 CHOREOGRAPHIES: dict[str, Choreography] = {
-    "leg_lift_march": leg_lift_march,
-    "leg_lift_jump": leg_lift_jump,
-    "squats": squats,
-    "arm_raises": arm_raises,
-    "bow": bow,
-    "turn": turn,
-    "twisting": twisting,
-    "dance": dance,
-    "kicks": kicks,
-    "walk_turns": walk_turns,
-    "crouch_behind_arm": crouch_behind_arm,
-    "reach": reach,
-    "walk_about": walk_about,
+    choreography.__name__: choreography
+    for choreography in (
+        *(leg_lift_march, leg_lift_jump, squats, arm_raises, bow, turn),
+        *(twisting, dance, kicks, walk_turns, crouch_behind_arm, reach, walk_about),
+    )
 }

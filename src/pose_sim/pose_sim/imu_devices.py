@@ -7,21 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from imu_bridge.protocols.star import (
-    ACCELEROMETER_LSB,
-    CLOCK_MODULUS_US,
-    GYROSCOPE_LSB,
-    MAGNETOMETER_LSB,
-)
+from imu_bridge.protocols.star import CLOCK_MODULUS_US
 from pose_io.arrays import IntArray
 from pose_sim import imu_file, text_device, witmotion_device
-from pose_sim.virtual_imu import (
-    ACCELEROMETER_RANGE,
-    GYROSCOPE_RANGE,
-    MAGNETOMETER_RANGE,
-    NODES,
-    ImuFrames,
-)
+from pose_sim.virtual_imu import LSB, NODES, ImuFrames
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,14 +60,12 @@ def port_streams(device: str, frames: ImuFrames) -> list[PortStream]:
 
 def _samples(frames: ImuFrames, rows: NDArray[np.intp]) -> Iterator[dict[str, Any]]:
     """The arguments of an encoder: the clock from the first sample on, the rest in SI units."""
-    clock_us = (frames.clock_us[rows].astype(np.int64) - int(frames.clock_us[rows[0]])) % (
-        CLOCK_MODULUS_US
-    )
+    clock_us = frames.clock_us[rows].astype(np.int64)
     columns = {
-        "time_us": clock_us.tolist(),
-        "acceleration": frames.accelerometer[rows] * ACCELEROMETER_LSB[ACCELEROMETER_RANGE],
-        "angular_velocity": frames.gyroscope[rows] * GYROSCOPE_LSB[GYROSCOPE_RANGE],
-        "magnetic_field": frames.magnetometer[rows] * MAGNETOMETER_LSB[MAGNETOMETER_RANGE],
+        "time_us": ((clock_us - clock_us[0]) % CLOCK_MODULUS_US).tolist(),
+        "acceleration": frames.accelerometer[rows] * LSB["accelerometer"],
+        "angular_velocity": frames.gyroscope[rows] * LSB["gyroscope"],
+        "magnetic_field": frames.magnetometer[rows] * LSB["magnetometer"],
     }
     for sample in zip(*columns.values(), strict=True):
         yield dict(zip(columns, sample, strict=True))

@@ -3,17 +3,13 @@
 import zipfile
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from imu_bridge.protocols.star import RawSample, encode
 from pose_core.errors import InputError
-from pose_sim.virtual_imu import (
-    ACCELEROMETER_RANGE,
-    GYROSCOPE_RANGE,
-    MAGNETOMETER_RANGE,
-    ImuFrames,
-)
+from pose_sim.virtual_imu import RANGES, ImuFrames
 
 
 def write(path: Path, frames: ImuFrames, note: str) -> None:
@@ -46,15 +42,8 @@ def encode_all(frames: ImuFrames) -> list[bytes]:
     """Encode every frame for transmission."""
     names = ("node_id", "sequence", "clock_us", "accelerometer", "gyroscope", "magnetometer")
     columns = [getattr(frames, name).tolist() for name in names]
+    ranges: dict[str, Any] = {f"{sensor}_range": code for sensor, code in RANGES.items()}
     return [
-        encode(
-            RawSample(
-                **dict(zip(names, row, strict=True)),
-                magnetometer_valid=True,
-                accelerometer_range=ACCELEROMETER_RANGE,
-                gyroscope_range=GYROSCOPE_RANGE,
-                magnetometer_range=MAGNETOMETER_RANGE,
-            )
-        )
+        encode(RawSample(**dict(zip(names, row, strict=True)), magnetometer_valid=True, **ranges))
         for row in zip(*columns, strict=True)
     ]

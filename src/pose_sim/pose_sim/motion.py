@@ -107,7 +107,7 @@ def perform(
     channels = timeline.evaluate(times)
     clearance = channels["clearance"]
     angles = {name: channels[name] for name in BODY_ANGLES}
-    angles["pelvis_yaw"] = angles["pelvis_yaw"] + heading
+    angles["pelvis_yaw"] += heading
     _add_sway(angles, times, still, timeline.variation.sway, rng)
     _move_clavicles(angles)
     pose = body.pose(angles)
@@ -137,9 +137,8 @@ def _move_clavicles(angles: dict[str, FloatArray]) -> None:
         abduction = angles[f"{side}_shoulder_abduction"]
         raised = 0.5 * (1.0 - np.cos(flexion) * np.cos(abduction))
         forward = np.sin(flexion) * np.cos(abduction)
-        elevation, protraction = f"{side}_clavicle_elevation", f"{side}_clavicle_protraction"
-        angles[elevation] = angles[elevation] + np.radians(22.0) * raised
-        angles[protraction] = angles[protraction] + np.radians(12.0) * forward
+        angles[f"{side}_clavicle_elevation"] += np.radians(22.0) * raised
+        angles[f"{side}_clavicle_protraction"] += np.radians(12.0) * forward
 
 
 SWAY_GAINS: dict[str, float] = {
@@ -181,7 +180,7 @@ def _add_sway(
         size = np.radians(sway * gain) * np.sqrt(2.0 / SWAY_HARMONICS)
         unrest = size * envelope * waves
         if name == "shift":  # weight shift between the feet: both legs lean equally
-            angles["left_hip_abduction"] = angles["left_hip_abduction"] + unrest
-            angles["right_hip_abduction"] = angles["right_hip_abduction"] - unrest
+            angles["left_hip_abduction"] += unrest
+            angles["right_hip_abduction"] -= unrest
         else:
-            angles[name] = angles[name] + unrest
+            angles[name] += unrest

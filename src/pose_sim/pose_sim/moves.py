@@ -21,15 +21,8 @@ def other(side: str) -> str:
 def shift_weight(t: AngleTimeline, away_from: str, duration: float) -> None:
     """Move the pelvis sideways over one foot: both legs lean equally, both feet stay."""
     lean = {"left": 4.5, "right": -4.5, "": 0.0}[away_from]
-    t.move(
-        duration,
-        {
-            "left_hip_abduction": lean,
-            "right_hip_abduction": -lean,
-            "lumbar_lateral_bending": -0.5 * lean,
-        },
-        exact=True,
-    )
+    legs = {"left_hip_abduction": lean, "right_hip_abduction": -lean}
+    t.move(duration, {**legs, "lumbar_lateral_bending": -0.5 * lean}, exact=True)
 
 
 def lift_knee(
@@ -102,16 +95,8 @@ def turn_steps(
         side = lead if step % 2 == 0 else other(lead)
         # The lifted foot turns by twice the size, the pelvis by once; the other foot stays.
         rotation = -size if step % 2 == 0 else 0.0
-        t.move(
-            0.5,
-            {
-                "pelvis_yaw": t.target("pelvis_yaw") + sign * size,
-                "left_hip_rotation": rotation,
-                "right_hip_rotation": rotation,
-            },
-            exact=True,
-            advance=0.0,
-        )
+        turned = {"pelvis_yaw": t.target("pelvis_yaw") + sign * size}
+        t.move(0.5, {**turned, **both(hip_rotation=rotation)}, exact=True, advance=0.0)
         lift_knee(t, side, 0.5, hip=24, knee=46, arms=arms)
 
 
@@ -120,16 +105,8 @@ def turn_pelvis(t: AngleTimeline, duration: float, yaw: float, degrees: float) -
 
     The timeline's time is not advanced.
     """
-    t.move(
-        duration,
-        {
-            "pelvis_yaw": yaw + degrees,
-            "left_hip_rotation": degrees,
-            "right_hip_rotation": -degrees,
-        },
-        exact=True,
-        advance=0.0,
-    )
+    feet = {"left_hip_rotation": degrees, "right_hip_rotation": -degrees}
+    t.move(duration, {"pelvis_yaw": yaw + degrees, **feet}, exact=True, advance=0.0)
 
 
 def bend_forward(t: AngleTimeline, duration: float, degrees: float) -> None:
@@ -139,9 +116,5 @@ def bend_forward(t: AngleTimeline, duration: float, degrees: float) -> None:
     """
     bent = {"pelvis_tilt": 0.4, "lumbar_flexion": 0.3, "thoracic_flexion": 0.3}
     bent |= both(hip_flexion=0.4)
-    t.move(
-        duration,
-        {name: share * degrees for name, share in bent.items()},
-        exact=True,
-        advance=0.0,
-    )
+    targets = {name: share * degrees for name, share in bent.items()}
+    t.move(duration, targets, exact=True, advance=0.0)

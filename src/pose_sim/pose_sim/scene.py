@@ -49,22 +49,13 @@ def subject_place(scene: SceneParameters) -> tuple[tuple[float, float], float]:
 
 def sensor_poses(scene: SceneParameters) -> dict[str, FloatArray]:
     """``T_map_kinect_<name>_optical_frame`` by name, shape (4, 4) each."""
-    (x, y), _ = subject_place(scene)
+    middle, _ = subject_place(scene)
     poses = {}
     for name, aside, roll in zip(SENSORS, (0.0, scene.aside), (0.0, scene.roll), strict=True):
         around = np.radians(aside)
-        poses[name] = optical_pose(
-            position=np.array(
-                [
-                    x - scene.distance * np.cos(around),
-                    y - scene.distance * np.sin(around),
-                    scene.sensor_height,
-                ]
-            ),
-            heading=around,
-            tilt=np.radians(scene.tilt),
-            roll=np.radians(roll),
-        )
+        away = middle - scene.distance * np.array([np.cos(around), np.sin(around)])
+        position = np.append(away, scene.sensor_height)
+        poses[name] = optical_pose(position, around, np.radians(scene.tilt), np.radians(roll))
     return poses
 
 

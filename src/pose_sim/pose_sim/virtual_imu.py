@@ -11,14 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from imu_bridge.protocols import star
 from imu_bridge.protocols.reading import STANDARD_GRAVITY
-from imu_bridge.protocols.star import (
-    ACCELEROMETER_LSB,
-    CLOCK_MODULUS_US,
-    GYROSCOPE_LSB,
-    MAGNETOMETER_LSB,
-    quantise,
-)
 from imu_bridge.sequence import SEQUENCE_MODULUS
 from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
@@ -27,9 +21,14 @@ from pose_sim.body import Body
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.motion import Motion
 
-ACCELEROMETER_RANGE = 2  # code: +-8 g
-GYROSCOPE_RANGE = 3  # code: +-2000 deg/s
-MAGNETOMETER_RANGE = 0  # code: 0.3 uT per count
+RANGES = {"accelerometer": 2, "gyroscope": 3, "magnetometer": 0}
+"""Codes of the sensors' ranges: +-8 g, +-2000 deg/s, 0.3 uT per count."""
+LSB = {
+    "accelerometer": star.ACCELEROMETER_LSB[RANGES["accelerometer"]],  # [m/s^2]
+    "gyroscope": star.GYROSCOPE_LSB[RANGES["gyroscope"]],  # [rad/s]
+    "magnetometer": star.MAGNETOMETER_LSB[RANGES["magnetometer"]],  # [T]
+}
+"""Size of one count of each sensor."""
 
 NODES: dict[int, str] = {
     1: "torso",
@@ -171,13 +170,13 @@ def to_frames(
         columns["node_id"].append(np.full(count, node_id, dtype=np.uint8))
         sequence = (rng.integers(SEQUENCE_MODULUS) + np.arange(count)) % SEQUENCE_MODULUS
         columns["sequence"].append(sequence.astype(np.uint16))
-        columns["clock_us"].append((measured.clock_us % CLOCK_MODULUS_US).astype(np.uint32))
-        for name, values, lsb in (
-            ("accelerometer", measured.specific_force, ACCELEROMETER_LSB[ACCELEROMETER_RANGE]),
-            ("gyroscope", measured.angular_velocity, GYROSCOPE_LSB[GYROSCOPE_RANGE]),
-            ("magnetometer", measured.magnetic_field, MAGNETOMETER_LSB[MAGNETOMETER_RANGE]),
+        columns["clock_us"].append((measured.clock_us % star.CLOCK_MODULUS_US).astype(np.uint32))
+        for name, values in (
+            ("accelerometer", measured.specific_force),
+            ("gyroscope", measured.angular_velocity),
+            ("magnetometer", measured.magnetic_field),
         ):
-            columns[name].append(quantise(values, lsb))
+            columns[name].append(star.quantise(values, LSB[name]))
     joined = {name: np.concatenate(parts) for name, parts in columns.items()}
     order = np.argsort(joined["due_ns"], kind="stable")
     return ImuFrames(**{name: column[order] for name, column in joined.items()})

@@ -14,20 +14,10 @@ from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.arrays import ByteArray, IntArray
+from pose_sim import tracker_errors as errors
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.motion import Motion
 from pose_sim.occlusion import hidden
-from pose_sim.tracker_errors import (
-    attention,
-    foreshortening,
-    glitches,
-    offsets,
-    slow_process,
-    tracked,
-    wander,
-    white_noise,
-    with_stiff_bones,
-)
 
 FIELD_OF_VIEW = (np.radians(70.6), np.radians(60.0))  # [rad] Kinect v2 depth camera, wide and high
 DECISION_TIME = 0.4  # [s] for which a joint's tracking state is constant
@@ -77,15 +67,15 @@ def observe(
     camera = T_map_optical[:3, 3]
     seen = _optical(truth, T_map_optical)
     blocked = np.maximum(hidden(truth, camera, body_height), _out_of_view(seen))
-    blocked = attention(blocked, parameters)
-    pointing = attention(foreshortening(truth, camera), parameters)
+    blocked = errors.attention(blocked, parameters)
+    pointing = errors.attention(errors.foreshortening(truth, camera), parameters)
     velocity = np.gradient(truth, times, axis=0)
-    estimate = tracked(truth, velocity, blocked, pointing, parameters, common_lags, rng)
-    estimate += offsets(truth, camera, parameters, body_bias, rng)
-    wrong = wander(velocity, blocked, pointing, parameters, rng)
-    wrong += glitches(velocity, parameters, rng)
-    estimate += with_stiff_bones(wrong, truth, parameters)
-    positions = _optical(estimate, T_map_optical) + white_noise(seen, parameters, rng)
+    estimate = errors.tracked(truth, velocity, blocked, pointing, parameters, common_lags, rng)
+    estimate += errors.offsets(truth, camera, parameters, body_bias, rng)
+    wrong = errors.wander(velocity, blocked, pointing, parameters, rng)
+    wrong += errors.glitches(velocity, parameters, rng)
+    estimate += errors.with_stiff_bones(wrong, truth, parameters)
+    positions = _optical(estimate, T_map_optical) + errors.white_noise(seen, parameters, rng)
     state = _states(blocked, parameters, rng)
     positions[state == TrackingState.NOT_TRACKED] = np.nan
     return KinectFrames(
@@ -139,8 +129,8 @@ def _out_of_view(optical: FloatArray) -> FloatArray:
 
 def _states(blocked: FloatArray, p: KinectParameters, rng: np.random.Generator) -> ByteArray:
     """Tracking state of each joint, which changes rarely, (n, 15)."""
-    believes = ndtr(slow_process(blocked.shape, DECISION_TIME, p.frame_rate, rng))
-    loses = ndtr(slow_process(blocked.shape, DECISION_TIME, p.frame_rate, rng))
+    believes = ndtr(errors.slow_process(blocked.shape, DECISION_TIME, p.frame_rate, rng))
+    loses = ndtr(errors.slow_process(blocked.shape, DECISION_TIME, p.frame_rate, rng))
     is_hidden = blocked > 0.5
     state = np.full(blocked.shape, TrackingState.TRACKED, dtype=np.uint8)
     state[is_hidden & (believes >= p.wrongly_tracked)] = TrackingState.INFERRED

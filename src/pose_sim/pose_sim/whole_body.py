@@ -78,12 +78,8 @@ def walk_turns(t: AngleTimeline) -> None:
 def crouch_behind_arm(t: AngleTimeline) -> None:
     """Crouch with a forearm before the face, then with both arms before the body."""
     for side in SIDES:
-        shield = {
-            f"{side}_shoulder_flexion": 82.0,
-            f"{side}_shoulder_rotation": 65.0,
-            f"{side}_elbow_flexion": 100.0,
-        }
-        t.move(0.9, shield)
+        shield = {"shoulder_flexion": 82.0, "shoulder_rotation": 65.0, "elbow_flexion": 100.0}
+        t.move(0.9, {f"{side}_{name}": degrees for name, degrees in shield.items()})
         sink(t, 1.2, knee=78.0)
         t.wait(0.4)
         t.move(0.7, {"thoracic_rotation": 14.0 * SIGNS[side], "neck_rotation": 10.0})
@@ -99,22 +95,13 @@ def reach(t: AngleTimeline) -> None:
     """Reach up high, far forward and across with each arm, then draw both elbows back."""
     for side in SIDES:
         sign = SIGNS[side]
-        reach_once(
-            t,
-            arm(side, flexion=158, abduction=8, elbow=4, elevation=12),
-            {"thoracic_lateral_bending": 8.0 * sign, "thoracic_flexion": -5.0},
-        )
-        reach_once(
-            t,
-            arm(side, flexion=92, elbow=3, protraction=15),
-            {"thoracic_rotation": -20.0 * sign, "neck_rotation": 12.0 * sign},
-            lean=22.0,
-        )
-        reach_once(
-            t,
-            arm(side, flexion=72, abduction=-26, elbow=12, protraction=13),
-            {"thoracic_rotation": -16.0 * sign, "lumbar_rotation": -6.0 * sign},
-        )
+        up = arm(side, flexion=158, abduction=8, elbow=4, elevation=12)
+        reach_once(t, up, {"thoracic_lateral_bending": 8.0 * sign, "thoracic_flexion": -5.0})
+        forward = arm(side, flexion=92, elbow=3, protraction=15)
+        turned = {"thoracic_rotation": -20.0 * sign, "neck_rotation": 12.0 * sign}
+        reach_once(t, forward, turned, lean=22.0)
+        across = arm(side, flexion=72, abduction=-26, elbow=12, protraction=13)
+        reach_once(t, across, {"thoracic_rotation": -16.0 * sign, "lumbar_rotation": -6.0 * sign})
     backward = both(shoulder_flexion=-32, elbow_flexion=85, clavicle_protraction=-12)
     t.move(0.9, backward)
     t.wait(0.2)
