@@ -10,7 +10,9 @@ from pose_core.parameters import parameter, run_parameter
 class FusionNodeParameters(PipelineParameters):
     """The pipeline's parameters, and the files with what is known before."""
 
-    extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: use /tf_static")
+    extrinsics_file: str = parameter(
+        "", doc="YAML of the calibration; empty: /tf_static (`fuse` estimates what a bag lacks)"
+    )
     imus_file: str = parameter(
         "",
         doc="YAML of the session whose section `imus` has the sensor-to-segment alignment; "

@@ -19,6 +19,8 @@ from ament_index_python.packages import (
 
 from pose_core.errors import InputError
 
+FIRST_MARK = 0xF0000  # private characters, which stand for substitutions while words are split
+
 
 @dataclass(frozen=True, kw_only=True)
 class Scope:
@@ -174,25 +176,13 @@ def split_command_line(text: str, scope: Scope) -> list[str]:
 
     Quotes group words, as in a shell.
     """
-    words: list[str] = []
-    current: str | None = None
-    for part, is_substituted in pieces_of(text, scope):
-        if is_substituted:
-            current = (current or "") + part
-            continue
-        try:
-            tokens = shlex.split(part)
-        except ValueError as error:
-            raise InputError(f"the command line {text!r}: {error}") from error
-        if current is not None and (part[0].isspace() or not tokens):
-            words.append(current)
-            current = None
-        for index, token in enumerate(tokens):
-            if index > 0 and current is not None:
-                words.append(current)
-                current = None
-            current = (current or "") + token
-        if current is not None and part[-1].isspace():
-            words.append(current)
-            current = None
-    return words if current is None else [*words, current]
+    pieces = pieces_of(text, scope)
+    marks = {chr(FIRST_MARK + n): each.text for n, each in enumerate(pieces) if each.is_substituted}
+    marked = (
+        chr(FIRST_MARK + n) if each.is_substituted else each.text for n, each in enumerate(pieces)
+    )
+    try:
+        words = shlex.split("".join(marked))
+    except ValueError as error:
+        raise InputError(f"the command line {text!r}: {error}") from error
+    return ["".join(marks.get(character, character) for character in word) for word in words]

@@ -60,7 +60,8 @@ def _ends_by_itself(process: Process) -> bool:
     values: dict[str, Any] = {}
     for source in process.parameters:
         values.update({} if isinstance(source, Path) else source)
-    return values.get(EXIT_AT_END) is True and not values.get("loop", False)
+    is_replay = values.get("source", "file") == "file" and not values.get("loop", False)
+    return is_replay and values.get(EXIT_AT_END) is True
 
 
 def _show_arguments(graph: Graph) -> None:

@@ -71,6 +71,8 @@ def test_an_unresolved_substitution_is_reported(text, complaint):
         ("$(var rate) $(var name)", ["30.0", "rate"]),
         ("'one word' two", ["one word", "two"]),
         ("$(var rate)/a b", ["30.0/a", "b"]),
+        ("echo '$(var spaced) more' x", ["echo", "two words more", "x"]),
+        ('"a $(var rate)"b', ["a 30.0b"]),
     ],
 )
 def test_a_command_line_is_split_but_not_inside_substitutions(text, expected):
