@@ -161,7 +161,7 @@ def _of_start(folder: Path) -> Iterator[Row]:
 
 
 def _of_fuse(bag: Path, repeats: int) -> Iterator[Row]:
-    for imus, goal in ((False, 100.0), (True, 50.0)):
+    for imus, goal in ((False, 60.0), (True, 33.0)):
         cost = fuse_cost(bag, repeats, imus)
         sensors = "two Kinects and nine IMUs" if imus else "two Kinects"
         name = f"fuse, {sensors}, {cost.duration_s / 60.0:.0f} min"
