@@ -19,12 +19,18 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import Extrinsics, FloatArray, SkeletonSample, TrackingState
+from pose_core.api import (
+    Extrinsics,
+    FloatArray,
+    SkeletonSample,
+    TrackingState,
+    longest_gap_s,
+    series_from_samples,
+    series_on_reference_clock,
+    transformed,
+)
 from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.clocks import series_on_reference_clock
-from pose_core.streams.series import longest_gap_s, series_from_samples
-from pose_core.transforms import transformed
 
 WINDOW_S = 10.0
 COMPARED_HZ = 14.0  # [Hz] of the instants at which views are compared
