@@ -13,6 +13,7 @@ from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_off
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_calibration.extrinsics.mirrored import refuse_mirrored
 from pose_calibration.extrinsics.moved_sensors import (
+    BySensor,
     Displaced,
     MovedDuring,
     find_moved,
@@ -49,8 +50,6 @@ MOST_TRIED = 3  # [-] people tried, one after the other
 
 Frame = Sequence[SkeletonSample]
 """All persons that a sensor saw at one instant."""
-BySensor = Mapping[str, Sequence[SkeletonSample]]
-"""One person's samples by sensor, stamps ascending."""
 
 
 @dataclass(frozen=True, kw_only=True)

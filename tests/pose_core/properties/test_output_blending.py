@@ -15,8 +15,8 @@ from pose_core.kernels.output_blending import (
     TRAVEL_AFTER_GAP,
     blend_angle,
     elapsed_s,
-    is_seen_elsewhere,
     make_blending,
+    skeleton_elapsed_s,
 )
 from pose_core.kernels.published_state import PublishedState, make_dof_estimate
 
@@ -132,8 +132,7 @@ def test_who_is_seen_again_elsewhere_is_placed_there(moved_m, is_placed, has_imu
         dof.information[0] = 0.0 if is_away else 1e3
         stamp_ns = 10**18 + 10 * MS * k
         dt_s = elapsed_s(blending, stamp_ns)
-        root_dt_s = 0.0 if is_seen_elsewhere(blending, dof, dt_s) else dt_s
-        blend_root(root_dt_s, BLEND_S, np.eye(3), blending, dof)
+        blend_root(skeleton_elapsed_s(blending, dof, dt_s), BLEND_S, np.eye(3), blending, dof)
         blending.stamp_ns[0] = stamp_ns
         rows.append((is_back, blending.position[0], blending.unseen_s[0]))
     is_back, x, unseen_s = np.array(rows).T

@@ -43,6 +43,9 @@ DISPLACED = (np.radians(6.0), 0.07)  # [rad], [m] at the person; real ones diffe
 SMALLEST_STDDEV = np.array([1e-3] * 3 + [2e-3] * 3)  # [rad], [m] of a window's correction
 CERTAIN = 6.0  # [-] RMS of the six steps in standard deviations; at most 3.7 without a motion
 
+BySensor: TypeAlias = Mapping[str, Sequence[SkeletonSample]]
+"""One person's samples by sensor, stamps ascending."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MovedDuring:
@@ -82,14 +85,11 @@ class Displaced:
         )
 
 
-BySensor: TypeAlias = Mapping[str, Sequence[SkeletonSample]]
-
-
 def find_moved(by_sensor: BySensor, extrinsics: Extrinsics) -> tuple[MovedDuring, ...]:
     """Sensors that were moved during a recording, by each sensor's view and the reference's.
 
     Args:
-        by_sensor: One person's samples by sensor.
+        by_sensor: Each sensor's samples.
         extrinsics: As estimated from all of them, with clocks.
     """
     return _moved(_views(by_sensor, extrinsics), extrinsics.reference)
@@ -114,11 +114,14 @@ Views: TypeAlias = Mapping[str, tuple[FloatArray, FloatArray]]  # of each sensor
 def _views(by_sensor: BySensor, extrinsics: Extrinsics) -> Views:
     """See :func:`_corrections`."""
     reference, *others = extrinsics.sensors
-    stamps_ns = [one.stamp_ns for one in by_sensor[reference]]
-    instants_ns = np.arange(min(stamps_ns), max(stamps_ns) + 1, round(NS_PER_S / COMPARED_HZ))
+    first_ns, last_ns = (by_sensor[reference][at].stamp_ns for at in (0, -1))
+    instants_ns = np.arange(first_ns, last_ns + 1, round(NS_PER_S / COMPARED_HZ))
     at_s = (instants_ns - instants_ns[0]) / NS_PER_S
-    placed = {name: _placed(by_sensor, name, extrinsics, instants_ns) for name in by_sensor}
-    return {name: _corrections(at_s, placed[reference], placed[name]) for name in others}
+    placed = _placed(by_sensor, reference, extrinsics, instants_ns)
+    return {
+        name: _corrections(at_s, placed, _placed(by_sensor, name, extrinsics, instants_ns))
+        for name in others
+    }
 
 
 def _placed(

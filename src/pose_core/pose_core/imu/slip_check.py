@@ -38,7 +38,7 @@ INDEPENDENT_S = 0.8  # [s] correlation time of these errors
 LEAST_LAST, LEAST_BEFORE = 0.3, 0.6  # independent samples required
 POSTURE_STDDEV = 0.12  # [rad] by which a mean differs from posture to posture
 SLIP_STDDEV = 0.5  # [rad] prior of a slip
-LEAST_GAIN = 12.0  # [-] of the squared distance; without slips, 7 of 379 IMUs had more
+LEAST_GAIN = 12.0  # [-] of the squared distance; without slips, 5 of 288 IMUs had more
 LEAST_SHARE = 0.33  # [-] of it, for each camera
 
 _LEGS = {

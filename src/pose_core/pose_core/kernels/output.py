@@ -21,7 +21,7 @@ from pose_core.kernels.output_blending import (
     decay,
     doubt_sweeping_joints,
     elapsed_s,
-    is_seen_elsewhere,
+    skeleton_elapsed_s,
 )
 from pose_core.kernels.published_state import DofEstimate, PublishedState, make_dof_estimate
 from pose_core.kernels.rotations import logarithm, product_transposed, rotate_left
@@ -91,7 +91,7 @@ def output_states(
         share_out(dof.information, output.weight_kinect[n], output.weight_imu[n], output.source[n])
         dt_s = elapsed_s(blending, int(stamps_ns[n]))
         root_blend_s = max(BLEND_S, BLEND_OF_PREDICTION * state.ahead_s[0])
-        skeleton_dt_s = 0.0 if is_seen_elsewhere(blending, dof, dt_s) else dt_s
+        skeleton_dt_s = skeleton_elapsed_s(blending, dof, dt_s)
         blend(
             body,
             dt_s,
@@ -145,7 +145,7 @@ def blend(
     Args:
         body: The body.
         dt_s: See :func:`elapsed_s`.
-        root_dt_s: The same for the root; 0 if it is placed anew.
+        root_dt_s: See :func:`skeleton_elapsed_s`.
         root_blend_s: 1/k of the root's position [s].
         R_map_root: The root's rotation, (3, 3).
         blending: The last output; updated.

@@ -92,8 +92,10 @@ def elapsed_s(blending: Blending, stamp_ns: int) -> float:
 
 
 @compiled_in_place
-def is_seen_elsewhere(blending: Blending, dof: DofEstimate, dt_s: float) -> bool:
-    """Whether the cameras see the person again, far from the last output.
+def skeleton_elapsed_s(blending: Blending, dof: DofEstimate, dt_s: float) -> float:
+    """Time [s] since the last output of root and joints; 0 if they are placed anew.
+
+    They are where the cameras see the person again, far from the last output.
 
     Args:
         blending: The last output; the time for which nobody was seen is updated.
@@ -103,12 +105,12 @@ def is_seen_elsewhere(blending: Blending, dof: DofEstimate, dt_s: float) -> bool
     unseen_s = blending.unseen_s[0]
     if dof.information[0, 0] <= 0.0:
         blending.unseen_s[0] += dt_s
-        return False
+        return dt_s
     blending.unseen_s[0] = 0.0
     squared = 0.0
     for axis in range(3):
         squared += (dof.position[axis] - blending.position[axis]) ** 2
-    return unseen_s > LONGEST_GAP_S and squared > MOVED_M**2
+    return 0.0 if unseen_s > LONGEST_GAP_S and squared > MOVED_M**2 else dt_s
 
 
 @compiled_in_place

@@ -6,6 +6,7 @@ for some frames), so a joint that does, and has not from the start, is no measur
 becomes INFERRED, and soon NOT_TRACKED.
 """
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -25,7 +26,10 @@ class HeldJoints:
 
     def __init__(self) -> None:
         self._last: dict[str, SkeletonSample] = {}
-        self._repeats: dict[str, NDArray[np.int64]] = {}  # (15,) −1: the joint has not moved yet
+        # By sensor, (15,); −1: the joint has not moved yet.
+        self._repeats: defaultdict[str, NDArray[np.int64]] = defaultdict(
+            lambda: np.full(len(JOINTS), -1)
+        )
         self.held: dict[str, Sequence[str]] = {}
         """Joints that each sensor holds in its last frame as TRACKED."""
 
@@ -33,9 +37,7 @@ class HeldJoints:
         """A sensor's next frame of a person, with the states of held joints lowered."""
         sensor = sample.sensor
         last, self._last[sensor] = self._last.get(sensor, sample), sample
-        repeats = self._repeats.get(sensor)
-        if repeats is None:
-            repeats = self._repeats[sensor] = np.full(len(JOINTS), -1)
+        repeats = self._repeats[sensor]
         is_same, has_moved = _compared(sample.positions, last.positions)
         self.held[sensor] = []
         if has_moved.any():  # otherwise the whole frame is repeated

@@ -107,7 +107,7 @@ class HriNode(Node):
 
     def _report(self) -> Report:
         tracked = bool(self._announced)
-        level = Level.OK if tracked else Level.WARN
+        level = Level.OK if tracked and not self._unusable else Level.WARN
         who = f"body {self._settings.id}" if tracked else "nobody"
         message = f"{who} is tracked{self._unusable}"
         return Report(level=level, message=message, values=self._counters.as_dict())
