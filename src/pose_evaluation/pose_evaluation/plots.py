@@ -1,4 +1,4 @@
-"""Plots of a recording: joint angles over time, errors by angle, bone lengths; of tele-operation.
+"""Plots of a recording: joint angles over time, errors by angle, bone lengths.
 
 Figures are created without pyplot, without global state and without a display.
 Colours are those of Okabe and Ito (2008), which are distinguishable with any colour vision.
@@ -8,18 +8,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from pose_core.api import ANGLES, MAX_GAP_S, FloatArray, SkeletonSeries, joint_angles
 from pose_core.errors import InputError, writing
 from pose_core.joints import SIDES
 from pose_evaluation.scores import Evaluation
 from pose_evaluation.stability import BONES, bone_lengths
-from pose_io.arrays import BoolArray
-from pose_io.robot_motion import JointMotion
 
 REFERENCE = "reference"
 STYLE: dict[str, tuple[str, float, str]] = {  # colour, line width [pt], line style
@@ -28,12 +24,6 @@ STYLE: dict[str, tuple[str, float, str]] = {  # colour, line width [pt], line st
     "mean": ("#CC79A7", 0.9, "-"),
 }
 SENSOR_COLOURS = ("#56B4E9", "#009E73", "#F0E442", "#0072B2")
-ROBOT_STYLE = {  # colour, line width [pt]
-    "person": ("#000000", 1.6),
-    "command": ("#0072B2", 1.2),
-    "robot": ("#D55E00", 0.9),
-}
-ROBOT_GAP_S = 0.1  # [s] longer intervals interrupt a robot's line
 DPI = 110  # [1/inch]
 BONES_SHOWN = tuple(
     f"{side}_{bone}" for bone in ("thigh", "shank", "upper_arm", "forearm") for side in SIDES
@@ -116,36 +106,6 @@ def errors_figure(evaluation: Evaluation) -> Figure:
     return figure
 
 
-def robot_figure(title: str, motions: Mapping[str, JointMotion]) -> Figure:
-    """The robot's joints over time, one small plot each.
-
-    Args:
-        title: Title.
-        motions: ``person`` (target angles from the person's pose), ``command``, ``robot``.
-    """
-    joints = motions["command"].joints
-    # Joints that never move are not drawn.
-    spans = np.ptp(motions["command"].position, axis=0)
-    shown = [i for i in range(len(joints)) if spans[i] > 0.01] or [0]
-    figure = _titled_figure(title, 1.6 + 1.7 * len(shown))
-    plots = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
-    begin_ns = int(motions["command"].recorded_ns[0])
-    end_s = (int(motions["command"].recorded_ns[-1]) - begin_ns) * 1e-9
-    for axes, joint in zip(plots, shown, strict=True):
-        for name, motion in motions.items():
-            times = (motion.recorded_ns - begin_ns) * 1e-9
-            values = np.degrees(motion.position[:, motion.joints.index(joints[joint])])
-            colour, width = ROBOT_STYLE[name]
-            points = _interrupted(times, values, np.diff(times) > ROBOT_GAP_S)
-            axes.plot(*points, color=colour, linewidth=width, label=name)
-        _label_panel(axes, joints[joint].replace("_", " "), "[deg]")
-        axes.set_xlim(0.0, max(end_s, 0.1))
-    plots[-1].set_xlabel("time since the first command [s]", fontsize=10)
-    handles, labels = plots[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper right", ncols=3, frameon=False, fontsize=11)
-    return figure
-
-
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as a PNG; the same figure gives the same bytes.
 
@@ -165,26 +125,6 @@ def style_of(name: str, names: Sequence[str]) -> tuple[str, float, str]:
     return SENSOR_COLOURS[sensors.index(name) % len(SENSOR_COLOURS)], 0.9, "-"
 
 
-def _interrupted(times: NDArray[np.floating], values: FloatArray, jumps: BoolArray) -> FloatArray:
-    """Times and values of a line, (2, m), with a NaN wherever the next sample is a jump."""
-    return np.insert([times, values], np.flatnonzero(jumps) + 1, np.nan, axis=1)
-
-
-def _titled_figure(title: str, height: float) -> Figure:
-    """An empty figure of a height [inch] with a title."""
-    figure = Figure(figsize=(12.0, height), dpi=DPI, layout="constrained")
-    figure.suptitle(title, fontsize=13, x=0.01, ha="left")
-    return figure
-
-
-def _label_panel(axes: Axes, title: str, unit: str) -> None:
-    """Give a small plot over time its title, unit and grid."""
-    axes.set_title(title, fontsize=10, loc="left", pad=3)
-    axes.set_ylabel(unit, fontsize=9)
-    axes.grid(color="0.88", linewidth=0.6)
-    axes.spines[["top", "right"]].set_visible(False)
-
-
 def _grid_figure(
     title: str,
     series: Mapping[str, SkeletonSeries],
@@ -196,17 +136,21 @@ def _grid_figure(
     begins = [int(each.stamps_ns[0]) for each in series.values() if len(each)]
     if not begins:
         raise InputError("nothing to plot: no method has a skeleton")
-    figure = _titled_figure(title, height)
+    figure = Figure(figsize=(12.0, height), dpi=DPI, layout="constrained")
+    figure.suptitle(title, fontsize=13, x=0.01, ha="left")
     plots = figure.subplots(len(panels) // 2, 2, sharex=True)
     for axes, (panel, values) in zip(plots.flat, panels.items(), strict=True):
         for name, each in series.items():
             times = (each.stamps_ns - min(begins)) * 1e-9
             # Interrupted at missing samples and where an angle wraps.
             jumps = (np.diff(times) > MAX_GAP_S) | (np.abs(np.diff(values[name])) > 180.0)
-            points = _interrupted(times, values[name], jumps)
+            points = np.insert([times, values[name]], np.flatnonzero(jumps) + 1, np.nan, axis=1)
             colour, width, style = style_of(name, list(series))
             axes.plot(*points, style, color=colour, linewidth=width, label=name)
-        _label_panel(axes, panel, unit)
+        axes.set_title(panel, fontsize=10, loc="left", pad=3)
+        axes.set_ylabel(unit, fontsize=9)
+        axes.grid(color="0.88", linewidth=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
         axes.tick_params(labelsize=9)
         axes.margins(x=0.005)
     for axes in plots[-1]:

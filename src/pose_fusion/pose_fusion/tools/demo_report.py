@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.text import Text
 
@@ -19,32 +18,7 @@ from pose_io.bag_samples import read_body_series, read_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.names import TRUTH_NAMESPACE, skeletons_topic
 from pose_io.references.reference import reference_of_skeleton
-from pose_io.robot_motion import COMMAND, ROBOT, TARGET, read_joint_motion
 from pose_io.topics import body_topic
-
-PLOT = "robot.png"
-
-
-def draw_robot(bag: BagReader, run: DemoRun, console: Console) -> tuple[str, ...]:
-    """Plot and describe the robot's motion; returns the plot's name, empty without a robot."""
-    topics = {"person": TARGET, "command": COMMAND, "robot": ROBOT}
-    found = {name: read_joint_motion(bag, topic) for name, topic in topics.items()}
-    motions = {name: each for name, each in found.items() if each is not None}
-    if len(motions) < len(topics):
-        return ()
-    plots.save_figure(plots.robot_figure(f"Robot: {run.subject}", motions), run.folder / PLOT)
-    target, command, robot = (motions[name] for name in topics)
-    measured = [np.interp(target.recorded_ns, robot.recorded_ns, q) for q in robot.position.T]
-    error = np.degrees(np.abs(np.transpose(measured) - target.position))
-    latency_ms = (command.recorded_ns - command.stamps_ns) * 1e-6
-    median, p99 = np.percentile(latency_ms, [50.0, 99.0])
-    text = (
-        f"{len(command.stamps_ns)} commands; from the person's pose "
-        f"{np.median(error):.1f}°, p95 {np.percentile(error, 95.0):.1f}° (soft starts too); "
-        f"capture to command {median:.1f} ms, p99 {p99:.1f}"
-    )
-    console.print(Text(f"{'robot':<14}{text}"), soft_wrap=True)
-    return (PLOT,)
 
 
 def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
@@ -69,8 +43,8 @@ def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
         plots.save_figure(angles, run.folder / "angles.png")
         plots.save_figure(plots.errors_figure(evaluation), run.folder / "errors.png")
         _print_counts(bag, run, methods, console)
-        drawn = ("angles.png", "errors.png", *draw_robot(bag, run, console))
-    _print_files(run, drawn, ("evaluation.csv", "evaluation.md"), console)
+    drawn, written = ("angles.png", "errors.png"), ("evaluation.csv", "evaluation.md")
+    _print_files(run, drawn, written, console)
 
 
 def report_recording(run: DemoRun, console: Console) -> None:
@@ -92,8 +66,7 @@ def report_recording(run: DemoRun, console: Console) -> None:
         bones = plots.bone_lengths_figure(f"Bone lengths: {run.subject}", shown)
         plots.save_figure(bones, run.folder / "bone_lengths.png")
         _print_counts(bag, run, methods, console)
-        drawn = ("angles.png", "bone_lengths.png", *draw_robot(bag, run, console))
-    _print_files(run, drawn, ("agreement.csv",), console)
+    _print_files(run, ("angles.png", "bone_lengths.png"), ("agreement.csv",), console)
 
 
 def _methods(bag: BagReader, run: DemoRun) -> dict[str, SkeletonSeries]:
