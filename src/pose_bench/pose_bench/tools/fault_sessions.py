@@ -13,8 +13,9 @@ import numpy as np
 
 from pose_bench.faults.fault import Fault, Signal, Window
 from pose_bench.faults.judging import RECOVERY_S, FaultResult, Poses, judge
+from pose_bench.faults.messages import Planned, planned
 from pose_bench.faults.packets import Packet, packets_of
-from pose_bench.nodes.fault_player import FaultPlayer, Planned, planned
+from pose_bench.nodes.fault_player import FaultPlayer
 from pose_bench.processes import pids_of
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.api import ImuSample, SkeletonSample, SkeletonSeries, extrinsics_from_map

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_bench.nodes.fault_player import FaultPlayer, Planned
+from pose_bench.faults.messages import Planned
+from pose_bench.nodes.fault_player import FaultPlayer
 from pose_bench.options import add_number
 from pose_bench.processes import Usages, latency_probe, usages
 from pose_bench.speed import machine

@@ -1,14 +1,13 @@
 """A recording of serialised messages that is repeated with stamps that go on."""
 
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pose_bench.faults.messages import planned
 from pose_bench.faults.packets import Frame, Packet, packets_of
-from pose_bench.nodes.fault_player import planned
 from pose_bench.tools.fault_sessions import SESSION_S
 from pose_core.api import inverse, transformed
 from pose_core.arrays import FloatArray
@@ -18,7 +17,7 @@ from pose_sim.captured.session import START_NS, CapturedSession
 STEP_NS = NS_PER_S // 100  # [ns] between the calls of a live node's timers
 LOOP_NS = round((SESSION_S + 2.0) * NS_PER_S)  # [ns] a recording and two seconds of an empty room
 VISIT_S = (20.0, 45.0)  # [s] of a loop in which a visitor is in view
-VISITOR = "visitor0"  # replaced by another id of this length at each visit
+VISITOR = b"visitor0"  # replaced by another id of this length at each visit
 VISITOR_SIZE = 0.85  # [-] of the subject's
 LIGHT_IMUS = ("imu/torso", "imu/right_thigh")  # in a light recording
 VISITOR_AT_M = np.array([0.0, 1.6, 0.0])  # [m] in map, from the subject
@@ -31,21 +30,17 @@ class LoopMessage:
     at_ns: int  # [ns] arrival after the loop's start
     source: str  # left, right; imu/<segment>
     topic: str
-    kind: type  # of the message
-    data: bytes
+    kind: str  # type of the message
+    data: bytes  # in a loop that starts at ``START_NS``
     stamp_after_ns: int  # [ns] stamp after the loop's start
-    places: tuple[int, ...]  # offsets of its stamps in the bytes
-    visitor: int = -1  # offset of the visitor's id; negative: no visitor
 
     def shifted(self, begin_ns: int, visit: int = 0) -> bytes:
-        """The bytes in a loop that starts at ``begin_ns``, with the id of this visit."""
-        data = bytearray(self.data)
-        stamp = stamp_bytes(begin_ns + self.stamp_after_ns)
-        for place in self.places:
-            data[place : place + len(stamp)] = stamp
-        if self.visitor >= 0:
-            data[self.visitor : self.visitor + len(VISITOR)] = b"%08d" % visit
-        return bytes(data)
+        """The bytes in a loop that starts at ``begin_ns``, with a visitor's id of this visit."""
+        before, after = (
+            CDR_STAMP.pack(*divmod(start_ns + self.stamp_after_ns, NS_PER_S))
+            for start_ns in (START_NS, begin_ns)
+        )
+        return self.data.replace(before, after).replace(VISITOR, b"%08d" % visit)
 
 
 Steps = Sequence[Sequence[LoopMessage]]
@@ -100,19 +95,13 @@ def _visits(packets: Sequence[Packet], session: CapturedSession) -> Iterator[tup
             T_map_sensor = session.T_map_sensor[packet.source]
             in_map = transformed(T_map_sensor, past[-60]) * VISITOR_SIZE + VISITOR_AT_M
             positions = transformed(inverse(T_map_sensor), in_map)
-            visitor = replace(person, id=VISITOR, positions=positions)
+            visitor = replace(person, id=VISITOR.decode(), positions=positions)
             yield index, replace(packet, persons=(person, visitor))
-
-
-def stamp_bytes(stamp_ns: int) -> bytes:
-    """A stamp [ns] in a serialised message."""
-    return CDR_STAMP.pack(*divmod(stamp_ns, NS_PER_S))
 
 
 def loop_message(packet: Packet) -> LoopMessage:
     """Serialise a packet whose stamp is that of a session from ``START_NS`` on."""
     at_s, topic, kind, data = planned(packet)
-    stamp = re.escape(stamp_bytes(packet.stamp_ns))
     return LoopMessage(
         at_ns=round(at_s * NS_PER_S),
         source=packet.source,
@@ -120,6 +109,4 @@ def loop_message(packet: Packet) -> LoopMessage:
         kind=kind,
         data=data,
         stamp_after_ns=packet.stamp_ns - START_NS,
-        places=tuple(found.start() for found in re.finditer(stamp, data)),
-        visitor=data.find(VISITOR.encode()),
     )
