@@ -9,9 +9,10 @@ import numpy as np
 from pose_bench.faults.messages import planned
 from pose_bench.faults.packets import Frame, Packet, packets_of
 from pose_bench.tools.fault_sessions import SESSION_S
+from pose_bench.tools.offline import shifted_by
 from pose_core.api import inverse, transformed
 from pose_core.arrays import FloatArray
-from pose_core.stamps import CDR_STAMP, NS_PER_S
+from pose_core.stamps import NS_PER_S
 from pose_sim.captured.session import START_NS, CapturedSession
 
 STEP_NS = NS_PER_S // 100  # [ns] between the calls of a live node's timers
@@ -32,15 +33,10 @@ class LoopMessage:
     topic: str
     kind: str  # type of the message
     data: bytes  # in a loop that starts at ``START_NS``
-    stamp_after_ns: int  # [ns] stamp after the loop's start
 
     def shifted(self, begin_ns: int, visit: int = 0) -> bytes:
         """The bytes in a loop that starts at ``begin_ns``, with a visitor's id of this visit."""
-        before, after = (
-            CDR_STAMP.pack(*divmod(start_ns + self.stamp_after_ns, NS_PER_S))
-            for start_ns in (START_NS, begin_ns)
-        )
-        return self.data.replace(before, after).replace(VISITOR, b"%08d" % visit)
+        return shifted_by(self.data, begin_ns - START_NS).replace(VISITOR, b"%08d" % visit)
 
 
 Steps = Sequence[Sequence[LoopMessage]]
@@ -108,5 +104,4 @@ def loop_message(packet: Packet) -> LoopMessage:
         topic=topic,
         kind=kind,
         data=data,
-        stamp_after_ns=packet.stamp_ns - START_NS,
     )
