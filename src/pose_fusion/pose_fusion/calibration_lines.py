@@ -55,12 +55,6 @@ def single_imu_lines(clocks: Clocks) -> Iterator[str]:
             yield f"the clock of the IMU on {segment} is {ahead} ahead of the other IMUs'"
 
 
-def result_lines(extrinsics: Extrinsics, imus: str) -> Iterator[str]:
-    """Lines about a result beside the sensors' poses; ``imus`` is about their common clock."""
-    yield from tracker_lines(extrinsics)
-    yield from filter(None, (imus, *single_imu_lines(extrinsics.clocks), floor_line(extrinsics)))
-
-
 def tracker_lines(extrinsics: Extrinsics) -> Iterator[str]:
     """Lines about trackers whose scales differ, or that guess distances."""
     for name, pair in extrinsics.residuals.items():
@@ -80,8 +74,8 @@ def tracker_lines(extrinsics: Extrinsics) -> Iterator[str]:
             )
 
 
-def extrinsics_lines(extrinsics: Extrinsics) -> Iterator[str]:
-    """Lines about extrinsics that were estimated from motion."""
+def extrinsics_lines(extrinsics: Extrinsics, motion: str) -> Iterator[str]:
+    """Lines about extrinsics that were estimated from ``motion``."""
     for name, pair in extrinsics.residuals.items():
         yield (
             f"extrinsics: '{name}' known to {np.degrees(pair.rotation_stddev):.1f}° and "
@@ -89,5 +83,5 @@ def extrinsics_lines(extrinsics: Extrinsics) -> Iterator[str]:
             f"{100.0 * pair.median:.1f} cm"
         )
     yield from tracker_lines(extrinsics)
-    clocks = clocks_line(extrinsics, "by the motion in the bag")
+    clocks = clocks_line(extrinsics, f"by {motion}")
     yield from filter(None, (clocks, floor_line(extrinsics)))

@@ -17,6 +17,8 @@ from pose_io.bags import BagReader
 from pose_io.clock_messages import read_clocks
 from pose_io.topics import sensor_topics
 
+MOTION = "the motion in the bag"
+
 
 def checked_sensors(
     bag: BagReader, wanted: Sequence[str] = (), extrinsics_file: str = ""
@@ -72,7 +74,7 @@ def find_extrinsics(
         if known is None:
             console.print("extrinsics: none in the bag, estimating them from its motion")
             session = calibrate_people(BagFrames(bag, imus=imus), sensors)
-            lines = (session.people_line, *extrinsics_lines(session.extrinsics))
+            lines = (session.people_line, *extrinsics_lines(session.extrinsics, MOTION))
             for line in filter(None, (*lines, *map(str, session.moved))):
                 console.print(line, soft_wrap=True)
             return session.extrinsics
@@ -92,7 +94,7 @@ def _complete_from_motion(
         except CalibrationError as error:
             console.print(f"clocks and body measures: not estimated from the motion ({error})")
     if found.clocks:
-        source = "as recorded" if known.clocks else "by the motion in the bag"
+        source = "as recorded" if known.clocks else f"by {MOTION}"
         console.print(clocks_line(found, source), soft_wrap=True)
     for moved in moved_sensors(frames, found):
         console.print(str(moved), soft_wrap=True)

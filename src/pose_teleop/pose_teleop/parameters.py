@@ -10,7 +10,17 @@ DEAD_MEN = ("heartbeat", "joy", "none")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ArmParameters:
+class RobotParameters:
+    """Parameters of the nodes that know a robot."""
+
+    robot: str = parameter(
+        "g1", doc="a bundled robot (`g1`, `panda`), or a YAML file of the same form"
+    )
+    urdf: str = parameter("", doc="another URDF than the robot's; a path or `package://`")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmParameters(RobotParameters):
     """Parameters of the node ``arm``."""
 
     subject: str = parameter("subject", doc="the person to follow", pattern=NAME)
@@ -18,10 +28,6 @@ class ArmParameters:
     mirror: bool = parameter(
         False, doc="exchange left and right, as in a mirror: the robot's other arm follows"
     )
-    robot: str = parameter(
-        "g1", doc="a bundled robot (`g1`, `panda`), or a YAML file of the same form"
-    )
-    urdf: str = parameter("", doc="another URDF than the robot's; a path or `package://`")
     mode: str = parameter(
         "joints", doc="follow joint by joint, or the pose of the wrist", choices=MODES
     )
@@ -149,13 +155,9 @@ class HriParameters:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulatedRobotParameters:
+class SimulatedRobotParameters(RobotParameters):
     """Parameters of the node ``simulated_robot``."""
 
-    robot: str = parameter(
-        "g1", doc="a bundled robot (`g1`, `panda`), or a YAML file of the same form"
-    )
-    urdf: str = parameter("", doc="another URDF than the robot's; a path or `package://`")
     side: str = parameter("left", doc="the robot's arm", choices=SIDES)
     x: float = parameter(2.0, doc="x of the robot's base in map", unit="m", limits=(-100.0, 100.0))
     y: float = parameter(-0.9, doc="y of the robot's base in map", unit="m", limits=(-100.0, 100.0))

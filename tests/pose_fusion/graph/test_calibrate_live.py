@@ -60,7 +60,7 @@ def test_a_walking_person_gives_an_extrinsics_file_and_the_tool_ends(
     found = load_extrinsics(output).T_reference_sensor["right"]
     assert angle_deg(found, true) < 1.5
     assert np.linalg.norm(found[:3, 3] - true[:3, 3]) < 0.06
-    assert "right: known to" in tool.output
+    assert "'right' known to" in tool.output
 
 
 def test_without_a_person_the_tool_ends_with_the_reason(start_process, tmp_path):

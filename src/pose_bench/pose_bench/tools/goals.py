@@ -174,7 +174,6 @@ def _of_prediction() -> Iterator[Row]:
     spec = SessionSpec(choreography="leg_lift_march", level="typical", seed=SEED, duration_s=30.0)
     session = bench_session(spec)
     for use_imus in (False, True):
-        errors = prediction_errors(session, use_imus=use_imus)
-        ratio = errors.predicted_deg / errors.held_deg
+        ratio = prediction_errors(session, use_imus=use_imus).ratio
         name = "two Kinects, nine IMUs" if use_imus else "two Kinects"
         yield _row(f"error predicted to now over last output's, {name}", ratio, 1.0, 2)

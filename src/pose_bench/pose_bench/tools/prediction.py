@@ -36,8 +36,11 @@ class PredictionErrors:
 
     held_deg: float  # RMSE [deg] of the last output, mean over the angles
     predicted_deg: float  # the same of the prediction
-    held_stddev_deg: float  # the published standard deviation [deg], median
-    predicted_stddev_deg: float
+
+    @property
+    def ratio(self) -> float:
+        """The prediction's error over the last output's."""
+        return self.predicted_deg / self.held_deg
 
 
 def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErrors:
@@ -62,12 +65,7 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
         return float(np.degrees(np.mean([np.sqrt(np.nanmean(error**2)) for error in errors])))
 
     held, predicted = [h for _, h, _ in asked], [p for _, _, p in asked]
-    return PredictionErrors(
-        held_deg=error_deg(held),
-        predicted_deg=error_deg(predicted),
-        held_stddev_deg=_stddev_deg(held),
-        predicted_stddev_deg=_stddev_deg(predicted),
-    )
+    return PredictionErrors(held_deg=error_deg(held), predicted_deg=error_deg(predicted))
 
 
 def _asked(
@@ -86,11 +84,6 @@ def _asked(
         predicted = pipeline.predict(now_ns)
         if last is not None and predicted is not None:
             yield now_ns, last, predicted
-
-
-def _stddev_deg(poses: list[BodyEstimate]) -> float:
-    stddev = np.array([pose.position_stddev[6:] for pose in poses])
-    return float(np.degrees(np.nanmedian(stddev)))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -117,16 +110,15 @@ def run(arguments: argparse.Namespace) -> int:
             for use_imus in (False, True):
                 found = prediction_errors(session, use_imus=use_imus)
                 label = f"{name}, two Kinects{', nine IMUs' if use_imus else ''}"
-                values = (found.held_deg, found.predicted_deg, found.predicted_deg / found.held_deg)
-                stddevs = (found.held_stddev_deg, found.predicted_stddev_deg)
-                rows.append(number_row(label, (*values, *stddevs), 2))
+                values = (found.held_deg, found.predicted_deg, found.ratio)
+                rows.append(number_row(label, values, 2))
     table = Table(
         caption="Error against the truth of now [°], mean over the angles",
         head="",
-        columns=["last output", "predicted", "ratio", "its stddev", "predicted stddev"],
+        columns=["last output", "predicted", "ratio"],
         rows=rows,
         note="Synthetic subject, asked every 10 ms, nothing shifted in time: without IMUs most of "
-        "the error is the trackers' own delay. Standard deviations as published, medians [°].",
+        "the error is the trackers' own delay.",
     )
     publish([table], "Prediction", arguments.output, "prediction.md")
     return 0

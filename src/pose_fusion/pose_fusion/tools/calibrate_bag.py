@@ -21,7 +21,7 @@ from pose_core.api import IMUS, PairResiduals
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import add_arguments, from_arguments
-from pose_fusion.calibration_lines import result_lines
+from pose_fusion.calibration_lines import floor_line, single_imu_lines, tracker_lines
 from pose_fusion.session_extrinsics import checked_sensors
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
@@ -136,8 +136,15 @@ def main(given: list[str]) -> None:
     save_extrinsics(arguments.output, session.extrinsics)
     console = Console(soft_wrap=True)
     console.print(agreement_table(session))
-    imus = "" if session.imus is None else imus_line(session.imus)
-    results = result_lines(session.extrinsics, imus)
-    for line in filter(None, (session.people_line, *map(str, session.moved), *results)):
+    extrinsics = session.extrinsics
+    lines = (
+        session.people_line,
+        *map(str, session.moved),
+        *tracker_lines(extrinsics),
+        "" if session.imus is None else imus_line(session.imus),
+        *single_imu_lines(extrinsics.clocks),
+        floor_line(extrinsics),
+    )
+    for line in filter(None, lines):
         print(line)
-    print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")
+    print(f"{arguments.output}: {', '.join(extrinsics.sensors)}")

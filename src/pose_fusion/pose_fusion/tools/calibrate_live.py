@@ -3,16 +3,14 @@
 import argparse
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.live.parameters import LiveCalibrationParameters
-from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments
-from pose_fusion.calibration_lines import result_lines
+from pose_fusion.calibration_lines import extrinsics_lines
 from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
@@ -45,17 +43,6 @@ def main(arguments: list[str]) -> None:
 
         extrinsics = calibrate_live(vars(given), given.timeout, show)
     save_extrinsics(given.output, extrinsics)
-    for name, pair in extrinsics.residuals.items():
-        ahead_ms = extrinsics.clocks.get(name, Clock()).offset_ns * 1e-6
-        print(
-            f"{name}: known to {pair.position_stddev * 100.0:.1f} cm and "
-            f"{np.degrees(pair.rotation_stddev):.2f} deg, agrees with '{pair.partner}' within "
-            f"{pair.median * 100.0:.1f} cm, clock {ahead_ms:.0f} ms ahead"
-        )
-    clock, imus = extrinsics.clocks.get(IMUS), ""
-    if clock is not None:
-        ahead = f"{clock.offset_ns * 1e-6:.0f} ± {clock.stddev_s * 1e3:.0f} ms"
-        imus = f"the IMUs' clock is {ahead} ahead"
-    for line in result_lines(extrinsics, imus):
+    for line in extrinsics_lines(extrinsics, "the motion seen live"):
         print(line)
     print(f"{given.output}: {', '.join(extrinsics.sensors)}")
