@@ -9,7 +9,7 @@ from pose_core.api import FloatArray
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
 from pose_teleop.parameters import ArmParameters
-from pose_teleop.person_arm import PersonArm, angle_names, bone_lengths
+from pose_teleop.person_arm import PersonArm, angle_names
 from pose_teleop.supervisor import ArmFault
 
 AHEAD_NS = 20_000_000  # [ns] by which a stamp may be ahead of the clock
@@ -49,7 +49,6 @@ class InputMonitor:
         self.rates: FloatArray = np.zeros(4)
         self.stamp_ns = 0
         self.deviation_m = np.nan
-        self._bones: FloatArray | None = None
         self._person: str | None = None
         self._certain_ns = -UNCERTAIN_NS  # monotonic time of the last certain position of the hand
         self._angles_at: Now | None = None
@@ -59,12 +58,11 @@ class InputMonitor:
 
     def add_urdf(self, text: str, now: Now) -> None:
         """Set the person's kinematic tree."""
-        bones = bone_lengths(text)
-        before, self._bones = self._bones, bones
-        self.arm = PersonArm(text, self._parameters.side)
-        if before is not None and (
-            before.shape != bones.shape or np.abs(bones - before).max() > SAME_PERSON
-        ):
+        before, self.arm = self.arm, PersonArm(text, self._parameters.side)
+        if before is None:
+            return
+        old, new = before.bones, self.arm.bones
+        if old.shape != new.shape or np.abs(new - old).max() > SAME_PERSON:
             self._trouble(ArmFault.PERSON_CHANGED, now)
 
     def add_joint_states(

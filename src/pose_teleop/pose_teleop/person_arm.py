@@ -1,7 +1,5 @@
 """Forward kinematics of the person's arm: elbow and hand relative to the shoulder."""
 
-from xml.etree import ElementTree
-
 import numpy as np
 
 from pose_core.api import FloatArray
@@ -16,25 +14,13 @@ def angle_names(side: str) -> tuple[str, ...]:
     return tuple(f"{side}_{angle}" for angle in ANGLES)
 
 
-def bone_lengths(urdf: str) -> FloatArray:
-    """Distance of every joint of a person's URDF from its parent [m], to distinguish persons.
-
-    Raises:
-        InputError: If it is not a URDF.
-    """
-    try:
-        root = ElementTree.fromstring(urdf)
-        origins = [each.get("xyz", "0 0 0").split() for each in root.findall("joint/origin")]
-        return np.linalg.norm(np.array(origins, float).reshape(-1, 3), axis=1)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise InputError(f"the person's urdf is not a URDF: {error}") from error
-
-
 class PersonArm:
     """An arm of the tree that the fusion publishes as ``urdf``.
 
     Attributes:
         upper, fore: Lengths of upper arm and forearm [m].
+        bones: Distance of every joint and link of the tree from its parent joint [m]; they
+            distinguish persons.
 
     Args:
         urdf: The document.
@@ -65,6 +51,8 @@ class PersonArm:
         elbow, hand = self.pose(np.zeros(4))
         self.upper = float(np.linalg.norm(elbow))
         self.fore = float(np.linalg.norm(hand - elbow))
+        placed = [*self._model.jointPlacements, *(each.placement for each in self._model.frames)]
+        self.bones = np.array([np.linalg.norm(each.translation) for each in placed])
         if not (self.upper > 0.0 and self.fore > 0.0):
             raise InputError("the person's urdf has an arm without length")
 
