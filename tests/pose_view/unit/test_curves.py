@@ -11,7 +11,7 @@ from pose_core.joints import JOINT_INDEX
 from pose_fusion.watching.observation import TopicWatch
 from pose_node.node_status import Level, NodeStatus
 from pose_view.curves import BodyTrack, curve, on_grid, titles
-from pose_view.plain_words import Mark, StatusLine, as_html, imu_line, node_line, stream_line
+from pose_view.plain_words import StatusLine, as_html, imu_line, node_line, stream_line
 from pose_view.web.plots import svg_plot, ticks
 
 JOINTS = moving_joints(4.0)
@@ -123,7 +123,7 @@ def test_a_stream_has_rate_delay_dropouts_and_silence():
     assert status.gaps == 1
     assert status.longest_gap_s == pytest.approx(13 / 30, abs=0.01)
     line = stream_line("Kinect left", status)
-    assert line.mark is Mark.WARNING
+    assert line.level is Level.WARN
     assert "20 ms after capture, 1 dropout in a minute (longest 0.4 s)" in line.text
     assert "silent for 3 s" in stream_line("", watch.status(stamps[-1] + 3 * S)).text
 
@@ -134,7 +134,7 @@ def test_a_steady_stream_is_good_news():
         watch.add(k * FRAME_NS + 5_000_000, k * FRAME_NS)
 
     line = stream_line("Fused", watch.status(89 * FRAME_NS + 5_000_000), 0.013)
-    assert line == StatusLine(mark=Mark.GOOD, title="Fused", text="30 Hz, 13 ms after capture")
+    assert line == StatusLine(level=Level.OK, title="Fused", text="30 Hz, 13 ms after capture")
 
 
 def test_imus_are_summed_up():
@@ -145,18 +145,18 @@ def test_imus_are_summed_up():
     line = imu_line(report, S // 3)
 
     assert line.text == "1 of 2 send, 99 Hz each, 5 frames lost on the air; silent nodes: head"
-    assert line.mark is Mark.WARNING
+    assert line.level is Level.WARN
 
 
 def test_a_silent_node_is_an_error():
     report = NodeStatus(name="/fusion", message="tracking")
 
-    assert node_line("Fusion", report, 8 * S).mark is Mark.BAD
+    assert node_line("Fusion", report, 8 * S).level is Level.ERROR
     assert node_line("Fusion", None, 8 * S).text == "not running"
 
 
 def test_lines_cannot_smuggle_html_into_the_page():
-    html = as_html([StatusLine(mark=Mark.GOOD, title="<b>", text="<script>")])
+    html = as_html([StatusLine(level=Level.OK, title="<b>", text="<script>")])
 
     assert "<script>" not in html
     assert "&lt;script&gt;" in html
