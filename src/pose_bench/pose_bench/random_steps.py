@@ -41,7 +41,6 @@ class Checks:
     indefinite: int = 0  # of these, failed ones
     infinite: int = 0  # updates that the filter refused as not finite
     least: float = np.inf  # [-] smallest eigenvalue of the correlation matrix of P
-    largest: float = 0.0  # largest element of P
 
 
 def random_steps(count: int, seed: int) -> Iterator[Checks]:
@@ -124,4 +123,3 @@ def _check(checks: Checks, P: FloatArray, step: int) -> None:
         checks.indefinite += 1
     if step % (100 * CHECKED) == 0:
         checks.least = min(checks.least, float(np.linalg.eigvalsh(P / scale)[0]))
-        checks.largest = max(checks.largest, float(np.abs(P).max()))

@@ -29,5 +29,5 @@ def line(checks: Checks) -> str:
     return (
         f"{checks.steps} steps, {checks.infinite} not finite; {checks.factorised} factorised, "
         f"{checks.indefinite} indefinite; correlations: asymmetry {checks.asymmetry:.1e}, smallest "
-        f"eigenvalue {checks.least:.1e}; largest element {checks.largest:.2g}"
+        f"eigenvalue {checks.least:.1e}"
     )

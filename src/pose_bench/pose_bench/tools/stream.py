@@ -40,14 +40,12 @@ SEED = 101
 COLUMNS: dict[str, Callable[[StreamQuality], str]] = {
     "messages": lambda q: str(q.messages),
     "outside limits": lambda q: f"{100.0 * q.outside / q.messages:.1f} %",
-    "steps > 10°": lambda q: str(q.steps),
     "steps > 3 σ": lambda q: str(q.steps_beyond_stddev),
     "largest step [°]": lambda q: number(q.largest_step_deg, 1),
     "largest move [°]": lambda q: number(q.largest_move_deg, 1),
     "step after silence [°]": lambda q: number(q.step_after_silence_deg, 1),
     "stamps ahead, back or again": lambda q: str(q.ahead + q.backwards + q.repeated),
     "rate [Hz]": lambda q: number(q.rate, 1),
-    "interval p1–p99 [ms]": lambda q: f"{q.interval_ms[0]:.1f}–{q.interval_ms[2]:.1f}",
     "chatter at start": lambda q: number(q.start_chatter, 1),
 }
 NOTE = (

@@ -18,11 +18,10 @@ from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.imus.section import save_alignments
-from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import Extrinsics
 from pose_core.parameters import add_arguments, from_arguments
-from pose_fusion.session_extrinsics import checked_sensors, recorded_extrinsics
-from pose_io.bag_samples import BagFrames, BagSamples
+from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
+from pose_io.bag_samples import BagSamples
 from pose_io.bags import BagReader, open_bag
 from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
@@ -54,15 +53,6 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add_arguments(parser.add_argument_group("parameters"), ImuCalibrationParameters)
     return parser
-
-
-def bag_extrinsics(bag: BagReader, parameters: ImuCalibrationParameters) -> Extrinsics:
-    """Extrinsics from the bag's transforms, else from its motion."""
-    frames = BagFrames(bag, imus=False)
-    known = recorded_extrinsics(bag, parameters.sensors)
-    if known is None:
-        return calibrate_people(frames, parameters.sensors).extrinsics
-    return known if known.clocks else complete(frames, known)
 
 
 def calibrate_bag(
@@ -143,7 +133,8 @@ def main(arguments: list[str]) -> None:
     if given.in_bag is not None:
         with open_bag(given.in_bag) as bag:
             checked_sensors(bag, parameters.sensors)
-            placed = extrinsics or bag_extrinsics(bag, parameters)
+            console = Console(stderr=True)
+            placed = extrinsics or find_extrinsics(bag, parameters.sensors, console, imus=False)
             result = _run_with_progress(lambda show: calibrate_bag(bag, parameters, placed, show))
     else:
         from pose_fusion.nodes.live_imu_calibration import calibrate_imus_live  # ROS only here

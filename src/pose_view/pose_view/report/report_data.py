@@ -9,7 +9,7 @@ import numpy as np
 from pose_core.api import EstimateSeries, Extrinsics, FloatArray, SkeletonSeries
 from pose_core.errors import InputError, PoseError
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
-from pose_evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
+from pose_evaluation.offline import known_setups, run_methods
 from pose_io.bag_samples import BagSamples, read_estimates
 from pose_io.bags import BagReader
 from pose_io.topics import imu_topics, sensor_topics
@@ -185,7 +185,10 @@ def _estimate(
         result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in sensors}
         result.methods |= {MEAN: own[MEAN]} if MEAN in own else {}
         chosen = [setup for setup in setups if setup.name in (*wanted.methods, wanted.focus)]
-        for name, run in _run(bag, wanted, chosen, extrinsics, progress).items():
+        imus = any(setup.use_imus for setup in chosen)
+        samples = BagSamples(bag, wanted.person, progress, extrinsics=extrinsics, imus=imus)
+        runs = run_methods(samples, chosen, extrinsics.sensors, extrinsics) if chosen else {}
+        for name, run in runs.items():
             result.methods[name], result.estimates[name] = run.series, run.estimates
             result.notes += [f"{name}: {line}." for line in run.imus]
     if FUSED in own:
@@ -200,20 +203,6 @@ def _estimate(
     if not result.methods:
         raise InputError("no person is seen in this recording: there is nothing to report")
     return result
-
-
-def _run(
-    bag: BagReader,
-    wanted: Wanted,
-    setups: Sequence[MethodSetup],
-    extrinsics: Extrinsics,
-    progress: Callable[[float], None],
-) -> dict[str, MethodRun]:
-    if not setups:
-        return {}
-    imus = any(setup.use_imus for setup in setups)
-    samples = BagSamples(bag, wanted.person, progress, extrinsics=extrinsics, imus=imus)
-    return run_methods(samples, setups, extrinsics.sensors, extrinsics)
 
 
 def _span(methods: Mapping[str, SkeletonSeries]) -> tuple[int, int]:
