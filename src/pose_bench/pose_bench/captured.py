@@ -5,7 +5,7 @@ is ``joint_kf`` on the same samples with the true extrinsics and clocks. The fir
 bodies are measured, are not evaluated; those in which IMUs are aligned are.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -137,50 +137,30 @@ def known_extrinsics(session: CapturedSession, *, imus: bool) -> Extrinsics | Po
         return error
 
 
-Runs = Callable[[CapturedMethod], tuple[MethodRun, Any]]
-"""Function that runs a method on a session: its result, and what knows the use of its IMUs."""
-
-
 def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[CapturedScore]:
     """Simulate a session, run methods on it and score them; failures have the reason."""
     session = make_captured_session(spec)
-    baseline = run_baseline(session)
+    truth = truth_of(session)
+    if not len(truth):
+        error = f"too short: judged from {EVALUATED_FROM_S:g} s on"
+        return [replace(_unscored(spec, method), error=error) for method in methods]
+    baseline_method = next(method for method in METHODS if method.name == BASELINE)
+    baseline_run = run_method(session, baseline_method, true_extrinsics(session))
+    baseline = score_method(BASELINE, baseline_run[0].series, truth)
     known = {
         imus: known_extrinsics(session, imus=imus)
         for imus in {method.use_imus for method in methods}
     }
-
-    def run(method: CapturedMethod) -> tuple[MethodRun, Pipeline]:
-        if method.name == BASELINE:
-            return baseline
-        extrinsics = known[method.use_imus]
-        if isinstance(extrinsics, PoseError):
-            raise PoseError(f"not calibrated: {extrinsics}")
-        return run_method(session, method, extrinsics)
-
-    return score_runs(session, methods, baseline[0], run)
-
-
-def run_baseline(session: CapturedSession) -> tuple[MethodRun, Pipeline]:
-    """Run the baseline with the true extrinsics."""
-    method = next(method for method in METHODS if method.name == BASELINE)
-    return run_method(session, method, true_extrinsics(session))
-
-
-def score_runs(
-    session: CapturedSession, methods: Sequence[CapturedMethod], baseline_run: MethodRun, run: Runs
-) -> list[CapturedScore]:
-    """Run methods on a session and score them; those that raise a ``PoseError`` have the reason."""
-    truth = truth_of(session)
-    if not len(truth):
-        error = f"too short: judged from {EVALUATED_FROM_S:g} s on"
-        return [replace(_unscored(session.spec, method), error=error) for method in methods]
-    baseline = score_method(BASELINE, baseline_run.series, truth)
     found = []
     for method in methods:
-        score = _unscored(session.spec, method)
+        score, extrinsics = _unscored(spec, method), known[method.use_imus]
         try:
-            made, pipeline = run(method)
+            if method.name == BASELINE:
+                made, pipeline = baseline_run
+            elif isinstance(extrinsics, PoseError):
+                raise PoseError(f"not calibrated: {extrinsics}")
+            else:
+                made, pipeline = run_method(session, method, extrinsics)
         except PoseError as error:
             found.append(replace(score, error=str(error)))
             continue

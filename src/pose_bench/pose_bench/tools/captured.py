@@ -38,8 +38,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_flag(what, "--imu-sets", "the default estimator with 1 to 15 IMUs instead")
     add_flag(what, "--ablation", "the default estimator without one of its parts each instead")
-    through = "write each session as a bag, run ./pose fuse on it, judge what it wrote"
-    add_flag(parser, "--through-bags", through)
     parser.add_argument(
         "--sessions", type=int, metavar="N", help="N of the sessions, evenly spread (default: all)"
     )
@@ -53,11 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the suite; the status is 1 if a method failed anywhere."""
     chosen = chosen_specs(arguments)
     methods = chosen_methods(arguments)
-    work = run_session
-    if arguments.through_bags:
-        from pose_bench.tools.captured_bags import through_bags as work  # loads ROS's messages
     calls = [(spec, methods) for spec in chosen]
-    found = run_all(work, calls, jobs=arguments.jobs, name="sessions")
+    found = run_all(run_session, calls, jobs=arguments.jobs, name="sessions")
     scores = [score for each in found for score in each]
     tables = [summary_table(scores, f"Captured people, {len(chosen)} sessions")]
     if not (arguments.imu_sets or arguments.ablation):
