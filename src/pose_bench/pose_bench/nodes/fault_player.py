@@ -47,13 +47,8 @@ class FaultPlayer(Node):
             self.create_subscription(kind, f"{BODY}/{name}", _noting(noted), RELIABLE_QOS, raw=True)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_said, RELIABLE_QOS)
         self._executor.add_node(self)
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread = threading.Thread(target=self._executor.spin, daemon=True)
         self._thread.start()
-
-    def _spin(self) -> None:
-        while not self._closing.is_set():
-            self._executor.spin_once(timeout_sec=0.2)
 
     def _on_said(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -113,9 +108,8 @@ class FaultPlayer(Node):
 
     def close(self) -> None:
         """Destroy the node."""
-        self._closing.set()
-        self._thread.join(timeout=2.0)
         self._executor.shutdown()
+        self._thread.join(timeout=2.0)
         self.destroy_node()
         rclpy.try_shutdown()
 

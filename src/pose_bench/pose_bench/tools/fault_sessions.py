@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
 
 from pose_bench.faults.fault import Fault, Signal, Window
 from pose_bench.faults.judging import RECOVERY_S, FaultResult, Poses, judge
@@ -24,6 +25,7 @@ from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.offline import MethodSetup, run_methods, tracked_series
 from pose_fusion.launched_graph import launch, up_command
+from pose_fusion.tools.demo_graph import use_own_domain
 from pose_node.child_process import stop
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import bundled_clips
@@ -38,7 +40,6 @@ WARM_S = 14.0  # [s] before the first fault: calibration, body measures, alignme
 SESSION_S = 62.0  # [s] of captured motion
 LEAD_S = 4.0  # [s] from the start of the plan to the first frame
 START_S = 900.0  # [s] time limit of the graph's start, which may compile
-FIRST_DOMAIN, DOMAINS = 1, 101  # larger domains use ports of Linux's ephemeral range
 SETUP = MethodSetup(name="default", estimator="default", use_imus=True)
 SIGNALS = {"kill": signal.SIGKILL, "pause": signal.SIGSTOP, "resume": signal.SIGCONT}
 Progress = Callable[[str], None]
@@ -95,16 +96,11 @@ def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator
     """
     person = captured_person()
     plan = sessions(faults)
-    isolate()
+    use_own_domain(Console(stderr=True))
     for number, slots in enumerate(plan):
         names = ", ".join(slot.fault.name for slot in slots)
         say(f"session {number + 1} of {len(plan)}: {names}")
         yield from _run_session(person, slots, folder / f"session-{number:02d}", say)
-
-
-def isolate() -> None:
-    """Choose a ROS domain for this process that other graphs on this machine hardly have."""
-    os.environ["ROS_DOMAIN_ID"] = str(FIRST_DOMAIN + os.getpid() % DOMAINS)
 
 
 def _run_session(

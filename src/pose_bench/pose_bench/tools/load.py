@@ -9,13 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
 
 from pose_bench.faults.messages import Planned
 from pose_bench.nodes.fault_player import FaultPlayer
 from pose_bench.options import add_number
 from pose_bench.processes import Usages, latency_probe, usages
 from pose_bench.speed import machine
-from pose_bench.tools.fault_sessions import await_graph, isolate, start_graph
+from pose_bench.tools.fault_sessions import await_graph, start_graph
 from pose_bench.tools.live_graph import latencies
 from pose_bench.tools.load_scenes import SCENES, LoadScene
 from pose_bench.tools.showing import publish
@@ -24,6 +25,7 @@ from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.table import Table, number, table_of
+from pose_fusion.tools.demo_graph import use_own_domain
 from pose_node.child_process import stop
 
 SUMMARY = "the live graph with many sensors or people: latency, losses, memory over time"
@@ -59,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print; 1 if a graph ended, or losses were not reported."""
     results = []
-    isolate()
+    use_own_domain(Console(stderr=True))
     for name in arguments.scene:
         with tempfile.TemporaryDirectory(prefix="pose_bench_load_") as folder:
             results.append(run_scene(SCENES[name](), arguments.loops, Path(folder)))
