@@ -38,6 +38,7 @@ from pose_evaluation.uncertainty import mean_coverage, uncertainty_coverage
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.session import (
     SENSORS,
+    START_NS,
     CapturedSession,
     CapturedSpec,
     make_captured_session,
@@ -100,12 +101,11 @@ class CapturedScore:
     error: str = ""  # reason for missing figures
 
 
-def truth_of(session: CapturedSession) -> SkeletonSeries:
-    """The captured joints from :data:`EVALUATED_FROM_S` on, which are evaluated."""
+def truth_of(session: CapturedSession, start_ns: int = START_NS) -> SkeletonSeries:
+    """The captured joints, as of a session that starts at ``start_ns``."""
     positions = session.clip.positions
-    stamps_ns = np.array([stamp_of(i / RATE) for i in range(len(positions))])
-    whole = tracked_series(stamps_ns, positions)
-    return whole.between(stamp_of(EVALUATED_FROM_S), int(stamps_ns[-1]))
+    times_s = np.arange(len(positions)) / RATE
+    return tracked_series(start_ns + np.rint(times_s * 1e9).astype(np.int64), positions)
 
 
 def true_extrinsics(session: CapturedSession) -> Extrinsics:
@@ -140,7 +140,8 @@ def known_extrinsics(session: CapturedSession, *, imus: bool) -> Extrinsics | Po
 def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[CapturedScore]:
     """Simulate a session, run methods on it and score them; failures have the reason."""
     session = make_captured_session(spec)
-    truth = truth_of(session)
+    whole = truth_of(session)
+    truth = whole.between(stamp_of(EVALUATED_FROM_S), int(whole.stamps_ns[-1]))
     if not len(truth):
         error = f"too short: judged from {EVALUATED_FROM_S:g} s on"
         return [replace(_unscored(spec, method), error=error) for method in methods]

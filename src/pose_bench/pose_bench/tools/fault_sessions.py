@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from pose_bench.captured import truth_of
 from pose_bench.faults.fault import Fault, Signal, Window
 from pose_bench.faults.judging import RECOVERY_S, FaultResult, Poses, judge
 from pose_bench.faults.messages import Planned, planned
@@ -19,15 +20,14 @@ from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer
 from pose_bench.processes import pids_of
 from pose_calibration.files.extrinsics_file import save_extrinsics
-from pose_core.api import ImuSample, SkeletonSample, SkeletonSeries, extrinsics_from_map
+from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_evaluation.offline import MethodSetup, run_methods, tracked_series
+from pose_evaluation.offline import MethodSetup, run_methods
 from pose_fusion.launched_graph import launch, up_command
 from pose_fusion.tools.demo_graph import use_own_domain
 from pose_node.child_process import stop
-from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import bundled_clips
 from pose_sim.captured.session import (
     START_NS,
@@ -195,13 +195,6 @@ def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[]
         for slot in slots
         for each in slot.fault.signals
     ]
-
-
-def truth_of(person: CapturedSession, start_ns: int) -> SkeletonSeries:
-    """The captured joints on the clock of a replay."""
-    positions = person.clip.positions
-    stamps = start_ns + np.round(np.arange(len(positions)) / RATE * NS_PER_S).astype(np.int64)
-    return tracked_series(stamps, positions)
 
 
 def _reference(person: CapturedSession, slots: Sequence[Slot], start_ns: int) -> Poses:
