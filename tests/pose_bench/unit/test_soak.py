@@ -8,7 +8,7 @@ import pytest
 from pose_bench.random_steps import random_steps
 from pose_bench.tools.fault_sessions import captured_person
 from pose_bench.tools.soak import Measurement, broken_bounds
-from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, VISITOR, steps_of
+from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, VISITOR, in_loop, steps_of
 from pose_bench.tools.soak_session import LiveSession
 from pose_core.api import extrinsics_from_map
 from pose_core.stamps import serialized_ns
@@ -28,21 +28,21 @@ def recording(person):
 
 def test_a_repeated_message_has_the_stamps_and_the_visitor_of_its_loop(recording):
     _, visited = recording
-    message = next(each for step in visited for each in step if VISITOR in each.data)
+    source, data = next(each for step in visited for each in step if VISITOR in each[1])
 
-    (persons,) = SkeletonReader(message.source).read([message.shifted(START_NS + LOOP_NS, 7)])
+    (persons,) = SkeletonReader(source).read([in_loop(data, START_NS + LOOP_NS, 7)])
 
     assert [person.person for person in persons] == ["1", "00000007"]
     stamps_ns = {person.stamp_ns for person in persons}
-    assert stamps_ns == {serialized_ns(message.data) + LOOP_NS}
-    assert VISITOR in message.data  # is left as it was
+    assert stamps_ns == {serialized_ns(data) + LOOP_NS}
+    assert VISITOR in data  # is left as it was
 
 
 def test_a_light_recording_has_a_third_of_the_frames_and_a_quarter_of_two_imus_samples(
     person, recording
 ):
     def counts(steps):
-        return Counter(message.source for step in steps for message in step)
+        return Counter(source for step in steps for source, _ in step)
 
     whole, light = counts(recording[0]), counts(steps_of(person, is_light=True)[0])
     assert set(light) == {"left", "right", "imu/torso", "imu/right_thigh"}
@@ -55,8 +55,7 @@ def test_a_session_publishes_at_the_output_rate(person, recording):
     session = LiveSession(extrinsics_from_map(person.T_map_sensor), max_people=2, output_rate=100.0)
     session.kept = []
     for index, messages in enumerate(recording[0][:500]):
-        shifted = [(each.source, each.shifted(START_NS)) for each in messages]
-        session.step(shifted, START_NS + (index + 1) * STEP_NS)
+        session.step(messages, START_NS + (index + 1) * STEP_NS)
 
     bodies = session.take_kept()
     assert session.outputs == len(bodies.stamps_ns) > 250  # the body is measured for two seconds

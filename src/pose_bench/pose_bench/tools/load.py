@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from pose_bench.faults.messages import Planned
+from pose_bench.faults.messages import Planned, planned
 from pose_bench.nodes.fault_player import FaultPlayer
 from pose_bench.options import add_number
 from pose_bench.processes import Usages, latency_probe, usages
@@ -20,7 +20,7 @@ from pose_bench.tools.fault_sessions import await_graph, start_graph
 from pose_bench.tools.live_graph import latencies
 from pose_bench.tools.load_scenes import SCENES, LoadScene
 from pose_bench.tools.showing import publish
-from pose_bench.tools.soak_recording import LOOP_NS, LoopMessage, loop_message
+from pose_bench.tools.soak_recording import LOOP_NS, in_loop
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
@@ -75,9 +75,9 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
     Raises:
         InputError: If the graph does not start, or a process of it ends.
     """
-    messages = [loop_message(packet) for packet in scene.packets]
+    messages = [planned(packet) for packet in scene.packets]
     player = FaultPlayer()
-    player.open([(0.0, each.topic, each.kind, each.data) for each in messages])
+    player.open(messages)
     sensors = f"[{', '.join(scene.T_map_sensor)}]"
     max_people = str(scene.max_people)
     graph = start_graph(folder, scene.T_map_sensor, sensors=sensors, max_people=max_people)
@@ -121,9 +121,9 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
     )
 
 
-def _plan(messages: Sequence[LoopMessage], begin_ns: int) -> list[Planned]:
+def _plan(messages: Sequence[Planned], begin_ns: int) -> list[Planned]:
     """The messages of a loop from ``begin_ns`` on."""
-    return [(e.at_ns / NS_PER_S, e.topic, e.kind, e.shifted(begin_ns)) for e in messages]
+    return [(at_s, topic, kind, in_loop(d, begin_ns)) for at_s, topic, kind, d in messages]
 
 
 def _replay(

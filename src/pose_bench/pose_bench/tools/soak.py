@@ -15,7 +15,7 @@ from pose_bench.options import add_flag, add_number
 from pose_bench.speed import machine
 from pose_bench.tools.fault_sessions import captured_person
 from pose_bench.tools.showing import publish
-from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, steps_of
+from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, in_loop, steps_of
 from pose_bench.tools.soak_session import LiveSession
 from pose_core.api import extrinsics_from_map
 from pose_evaluation.table import Table, number, table_of
@@ -94,7 +94,7 @@ def operate(*, is_light: bool = False) -> Iterator[Measurement]:
         is_due = end_ns >= due_ns
         session.kept = [] if is_due else None
         for index, messages in enumerate(visited if loop % VISIT_EVERY == 1 else alone):
-            shifted = [(each.source, each.shifted(begin_ns, loop)) for each in messages]
+            shifted = [(source, in_loop(data, begin_ns, loop)) for source, data in messages]
             session.step(shifted, begin_ns + (index + 1) * STEP_NS)
         if not is_due:
             continue

@@ -2,11 +2,11 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from pose_bench.faults.messages import planned
+from pose_bench.faults.messages import Planned, planned
 from pose_bench.faults.packets import Frame, Packet, packets_of
 from pose_bench.tools.fault_sessions import SESSION_S
 from pose_bench.tools.offline import shifted_by
@@ -24,23 +24,14 @@ LIGHT_IMUS = ("imu/torso", "imu/right_thigh")  # in a light recording
 VISITOR_AT_M = np.array([0.0, 1.6, 0.0])  # [m] in map, from the subject
 
 
-@dataclass(frozen=True, kw_only=True)
-class LoopMessage:
-    """A message of the recording."""
-
-    at_ns: int  # [ns] arrival after the loop's start
-    source: str  # left, right; imu/<segment>
-    topic: str
-    kind: str  # type of the message
-    data: bytes  # in a loop that starts at ``START_NS``
-
-    def shifted(self, begin_ns: int, visit: int = 0) -> bytes:
-        """The bytes in a loop that starts at ``begin_ns``, with a visitor's id of this visit."""
-        return shifted_by(self.data, begin_ns - START_NS).replace(VISITOR, b"%08d" % visit)
+Steps = Sequence[Sequence[tuple[str, bytes]]]
+"""Source (``left``, ``imu/<segment>``) and bytes of the messages that arrive in each step of
+:data:`STEP_NS` of a loop that starts at ``START_NS``."""
 
 
-Steps = Sequence[Sequence[LoopMessage]]
-"""The messages that arrive in each step of :data:`STEP_NS` of a loop."""
+def in_loop(data: bytes, begin_ns: int, visit: int = 0) -> bytes:
+    """A message in a loop that starts at ``begin_ns``, with a visitor's id of this visit."""
+    return shifted_by(data, begin_ns - START_NS).replace(VISITOR, b"%08d" % visit)
 
 
 def steps_of(session: CapturedSession, is_light: bool = False) -> tuple[Steps, Steps]:
@@ -53,10 +44,11 @@ def steps_of(session: CapturedSession, is_light: bool = False) -> tuple[Steps, S
     packets = packets_of(session)
     if is_light:
         packets = list(_thinned(packets))
-    alone = [loop_message(packet) for packet in packets]
-    visits = {index: loop_message(frame) for index, frame in _visits(packets, session)}
+    alone = [planned(packet) for packet in packets]
+    visits = {index: planned(frame) for index, frame in _visits(packets, session)}
     visited = [visits.get(index, message) for index, message in enumerate(alone)]
-    return _in_steps(alone), _in_steps(visited)
+    sources = [packet.source for packet in packets]
+    return _in_steps(sources, alone), _in_steps(sources, visited)
 
 
 def _thinned(packets: Iterable[Packet]) -> Iterator[Packet]:
@@ -71,10 +63,10 @@ def _thinned(packets: Iterable[Packet]) -> Iterator[Packet]:
             yield packet
 
 
-def _in_steps(messages: Iterable[LoopMessage]) -> Steps:
-    steps: list[list[LoopMessage]] = [[] for _ in range(LOOP_NS // STEP_NS)]
-    for message in messages:
-        steps[message.at_ns // STEP_NS].append(message)
+def _in_steps(sources: Sequence[str], messages: Sequence[Planned]) -> Steps:
+    steps: list[list[tuple[str, bytes]]] = [[] for _ in range(LOOP_NS // STEP_NS)]
+    for source, (at_s, _, _, data) in zip(sources, messages, strict=True):
+        steps[round(at_s * NS_PER_S) // STEP_NS].append((source, data))
     return steps
 
 
@@ -93,15 +85,3 @@ def _visits(packets: Sequence[Packet], session: CapturedSession) -> Iterator[tup
             positions = transformed(inverse(T_map_sensor), in_map)
             visitor = replace(person, id=VISITOR.decode(), positions=positions)
             yield index, replace(packet, persons=(person, visitor))
-
-
-def loop_message(packet: Packet) -> LoopMessage:
-    """Serialise a packet whose stamp is that of a session from ``START_NS`` on."""
-    at_s, topic, kind, data = planned(packet)
-    return LoopMessage(
-        at_ns=round(at_s * NS_PER_S),
-        source=packet.source,
-        topic=topic,
-        kind=kind,
-        data=data,
-    )
