@@ -59,6 +59,7 @@ from pose_core.people.person_choice import ChosenPerson
 from pose_core.people.pipeline import PeoplePipeline
 from pose_core.people.tracker import PeopleTracker
 from pose_core.session.extrinsics import (
+    LITTLE_MOTION,
     BoardResiduals,
     Extrinsics,
     FloorEstimate,
@@ -145,6 +146,7 @@ __all__ = [
     "JOINTS",
     "JOINT_INDEX",
     "Link",
+    "LITTLE_MOTION",
     "MAX_GAP_S",
     "longest_gap_s",
     "PairResiduals",

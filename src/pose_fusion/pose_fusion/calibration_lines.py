@@ -56,8 +56,14 @@ def single_imu_lines(clocks: Clocks) -> Iterator[str]:
 
 
 def tracker_lines(extrinsics: Extrinsics) -> Iterator[str]:
-    """Lines about trackers whose scales differ, or that guess distances."""
+    """Lines about too little motion, and about trackers that guess distances or the scale."""
     for name, pair in extrinsics.residuals.items():
+        if pair.needs_motion:
+            yield (
+                f"there was little motion: '{name}' may be turned by "
+                f"{2.0 * np.degrees(pair.rotation_stddev):.0f}°; give --extrinsics-file of "
+                "these cameras, or let the person raise the arms sideways and walk about"
+            )
         if pair.scale_differs:
             larger = "larger" if pair.scale > 1.0 else "smaller"
             yield (

@@ -22,7 +22,7 @@ from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.errors import ParameterError, PoseError
 from pose_core.joints import JOINT_INDEX, TrackingState
-from pose_core.session.extrinsics import extrinsics_from_map
+from pose_core.session.extrinsics import LITTLE_MOTION, extrinsics_from_map
 from pose_core.streams.time_alignment import AlignedFrame
 from pose_core.transforms import inverse, transformed
 
@@ -177,8 +177,15 @@ def test_a_nan_that_claims_to_be_tracked_does_no_harm():
 
 
 def test_a_person_who_stands_still_is_refused():
+    still = frames(walks=False, moves=False, noise=0.003)
+    strict = CalibrationParameters(rotation_stddev=LITTLE_MOTION)
     with pytest.raises(CalibrationError, match=r"too little motion .* raise the arms"):
-        solve(frames(walks=False, moves=False, noise=0.003))
+        solve(still, parameters=strict)
+
+
+def test_a_recording_of_little_motion_is_used_and_says_so():
+    assert solve(frames(walks=False, moves=False, noise=0.003)).residuals["right"].needs_motion
+    assert not solve(frames(noise=0.003)).residuals["right"].needs_motion
 
 
 def test_moving_the_arms_on_one_spot_is_enough():

@@ -6,6 +6,7 @@ from pose_calibration.floor.floor import KnownMounting
 from pose_core.parameters import parameter
 
 ESTIMATED, KNOWN_TILT, KNOWN_HEIGHT, KNOWN = "estimated", "known_tilt", "known_height", "known"
+ROTATION_DOC = "uncertainty of a sensor's rotation above which the calibration is refused"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,10 +23,10 @@ class CalibrationParameters:
         doc="required frames in which a sensor and the first one see the person",
     )
     rotation_stddev: float = parameter(
-        0.0262,
+        0.0873,
         unit="rad",
         limits=(0.001, 0.2),
-        doc="uncertainty of a sensor's rotation above which the calibration is refused",
+        doc=ROTATION_DOC,
     )
     median_residual: float = parameter(
         0.25,

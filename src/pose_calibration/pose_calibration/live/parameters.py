@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from pose_calibration.extrinsics.parameters import CalibrationParameters
-from pose_core.api import MAX_GAP_S
+from pose_calibration.extrinsics.parameters import ROTATION_DOC, CalibrationParameters
+from pose_core.api import LITTLE_MOTION, MAX_GAP_S
 from pose_core.parameters import parameter, run_parameter, sensors_parameter
 
 
@@ -18,6 +18,9 @@ class LiveCalibrationParameters(CalibrationParameters):
         "calibration is known",
     )
     run: str = run_parameter()
+    rotation_stddev: float = parameter(  # a recording cannot be continued, a person can
+        LITTLE_MOTION, unit="rad", limits=(0.001, 0.2), doc=ROTATION_DOC
+    )
     minimum_duration: float = parameter(
         3.0, unit="s", limits=(0.5, 600.0), doc="time of common view before the first solution"
     )

@@ -18,6 +18,7 @@ from pose_core.transforms import inverse
 TRACKER_OFFSET_M = 0.015  # [m] of joints, which looks like a scale where people hardly move
 ROUGH_M = 0.08  # [m] median distance of two views of trackers that guess distances: 0.09 to 0.19
 LASTING_SHARE = 0.4  # [-] of that distance that turns the view, in 13 sessions of MediaPipe
+LITTLE_MOTION = 0.0262  # [rad] 1.5°: rotation noise from which more motion is asked for
 SAME_SCALE = 0.02  # [-] relative difference; of trackers with the right scale at most 0.011
 
 
@@ -49,6 +50,11 @@ class PairResiduals:
     def is_rough(self) -> bool:
         """Whether the views differ more than those of depth cameras: errors do not average out."""
         return self.median > ROUGH_M
+
+    @property
+    def needs_motion(self) -> bool:
+        """Whether the person moved so little that the rotation is uncertain."""
+        return self.rotation_noise > LITTLE_MOTION
 
     @property
     def rotation_stddev(self) -> float:
