@@ -53,6 +53,18 @@ def test_without_a_slip_the_last_alignment_holds(angle_deg, expected):
     assert alignment.slip is None
 
 
+def test_a_minute_after_the_last_imu_was_aligned_more_samples_do_not_help():
+    history = AlignmentHistory()
+    complete_s = []
+    for time in np.arange(0.0, 100.0, 0.5):
+        known = {"left_thigh": alignment(1.0)} if time >= 5.0 else {}
+        known |= {"trunk": alignment(2.0)} if time >= 20.0 else {}
+        stamp_ns = 10**18 + round(time * 1e9)
+        history.note(SimpleNamespace(newest_ns=stamp_ns, sensor_to_segment=known))
+        complete_s += [time] * history.is_complete
+    assert complete_s[0] == pytest.approx(80.0, abs=1.0)
+
+
 @pytest.mark.parametrize(
     ("angle_deg", "after", "slip_s"),
     [

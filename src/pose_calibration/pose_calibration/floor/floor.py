@@ -47,7 +47,7 @@ ITERATIONS = 20
 
 KNOWN_MOUNTING = "known mounting"
 UPRIGHT_BODY = "upright body"
-FEET = "upright body and walking feet"
+FEET = "walking feet"
 LEVEL_SENSOR = "sensor assumed level"
 
 
@@ -93,7 +93,7 @@ def estimate_floor(
         height = ANKLE_HEIGHT_M - sole
         height_stddev = float(np.hypot(sole_stddev, ANKLE_HEIGHT_STDDEV_M))
         if source != KNOWN_MOUNTING and slope_stddev < FEET_COUNT_BELOW * up_stddev:
-            source = FEET if gravity is None else f"{gravity.source} and walking feet"
+            source = f"{source} and {FEET}"
     if mounting.height is not None:
         height, height_stddev = mounting.height, 0.0
     return FloorEstimate(

@@ -61,6 +61,7 @@ class DefaultEstimator(StepwiseEstimator):
     NEEDS_ALIGNED_FRAMES = False
     CAN_PREDICT = True
     USES_IMUS = True
+    ALIGNS_IMUS = True
 
     def __init__(
         self,

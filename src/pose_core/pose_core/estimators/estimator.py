@@ -41,6 +41,8 @@ class Estimator(ABC):
     """Calibration of the variances, if its poses are filter states."""
     USES_IMUS: ClassVar[bool] = False
     """Whether it uses IMU samples."""
+    ALIGNS_IMUS: ClassVar[bool] = False
+    """Whether it estimates sensor-to-segment alignments, which another pass can begin with."""
 
     def __init__(
         self,

@@ -1,10 +1,11 @@
-"""Sensor-to-segment alignments as they were at a recording's beginning, from the whole recording.
+"""Sensor-to-segment alignments as they were at a recording's beginning, from the samples after it.
 
 The last estimate is the best one, unless the IMU has slipped. So each estimate is compared with the
 one ten seconds after the IMU's first. If they differ clearly, the IMU has slipped within the ten
 seconds before: within that time, a slip shows. What was estimated before them holds at the
 beginning, the last estimate after them, and in between the IMU is not to be used. A difference
-within the next ten seconds is no slip: the first estimates were wrong.
+within the next ten seconds is no slip: the first estimates were wrong. A minute after the last IMU
+was aligned, its estimate hardly improves any more.
 """
 
 from collections import deque
@@ -19,6 +20,7 @@ from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = NS_PER_S  # [ns] between two estimates that are compared
 SHOWS_NS = 10 * NS_PER_S  # [ns] within which a slip shows, and the first estimates settle
+COMPLETE_NS = 60 * NS_PER_S  # [ns] since the last IMU was aligned
 STDDEV = np.radians([3.3, 3.3, 6.0])
 """[rad] of an estimate about the segment's axes, in addition to its own; turns settle slowly."""
 MOST_SIGMAS = 3.5  # [-] by which estimates of the same mounting differ
@@ -65,6 +67,14 @@ class AlignmentHistory:
             own.recent.append((stamp_ns, alignment))
             while len(own.recent) > 1 and own.recent[1][0] <= stamp_ns - SHOWS_NS:
                 own.recent.popleft()
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether later estimates would hardly change those at the beginning."""
+        if self._last_ns is None or not self._estimates:
+            return False
+        newest_ns = max(each.first_ns for each in self._estimates.values())
+        return self._last_ns - newest_ns >= COMPLETE_NS
 
     def initial(self, pipeline: Pipeline) -> SensorsToSegments:
         """The alignments at the beginning, of the IMUs that are aligned at the recording's end."""

@@ -83,10 +83,10 @@ Parameters = TypeVar("Parameters", bound=PipelineParameters)
 def first_pass(parameters: Parameters) -> Parameters | None:
     """Parameters of a first pass over a recording; None if one pass suffices.
 
-    An estimator that uses later samples begins with the sensor-to-segment alignments of the IMUs
-    that the default estimator finds for the recording's beginning.
+    The sensor-to-segment alignments that the default estimator finds for the recording's beginning
+    let the second pass use the IMUs from there on.
     """
-    if not (estimator_class(parameters.estimator).NEEDS_FUTURE and parameters.use_imus):
+    if not (estimator_class(parameters.estimator).ALIGNS_IMUS and parameters.use_imus):
         return None
     return replace(parameters, estimator="default", output_rate=0.0)
 
@@ -101,6 +101,8 @@ def initial_alignments(
     for sample in in_order(samples, extrinsics.clocks):
         pipeline.add(sample)
         history.note(pipeline)
+        if history.is_complete:
+            break
     return history.initial(pipeline)
 
 

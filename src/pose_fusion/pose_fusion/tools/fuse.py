@@ -233,6 +233,9 @@ def add_all(
         pipeline.add(each)
         if history is not None:
             history.note(pipeline.subject)
+            if history.is_complete:
+                show(1.0)
+                break
     pipeline.flush()
     return frames.left_out
 
