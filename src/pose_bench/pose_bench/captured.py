@@ -25,8 +25,7 @@ from pose_core.api import (
     SkeletonSeries,
     angle_series,
     extrinsics_from_map,
-    first_pass,
-    initial_alignments,
+    run_first_pass,
 )
 from pose_core.errors import PoseError
 from pose_core.estimators.default import DefaultEstimator
@@ -183,15 +182,14 @@ def run_method(
         estimator=method.estimator, use_imus=method.use_imus, sensors=SENSORS
     )
     make = partial(DefaultEstimator, tuning=method.tuning) if method.tuning else None
-    pipeline = Pipeline(parameters, extrinsics, make_estimator=make)
-    before = first_pass(parameters)
     samples = [
         each
         for each in session.samples(imus=method.use_imus)
         if not isinstance(each, ImuSample) or not method.segments or each.segment in method.segments
     ]
-    if before is not None:
-        pipeline.use_sensor_to_segment(initial_alignments(samples, extrinsics, before))
+    parameters, alignments = run_first_pass(samples, extrinsics, parameters)
+    pipeline = Pipeline(parameters, extrinsics, make_estimator=make)
+    pipeline.use_sensor_to_segment(alignments)
     return run_pipeline(pipeline, samples), pipeline
 
 

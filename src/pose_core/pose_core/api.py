@@ -47,8 +47,9 @@ from pose_core.fusion.alignment_history import AlignmentHistory
 from pose_core.fusion.offline import (
     first_pass,
     fuse,
-    initial_alignments,
+    run_first_pass,
     series_of_estimates,
+    with_measured_delay,
 )
 from pose_core.fusion.output_grid import has_output_rate
 from pose_core.fusion.pipeline import Pipeline
@@ -187,7 +188,6 @@ __all__ = [
     "extrinsics_from_map",
     "has_output_rate",
     "first_pass",
-    "initial_alignments",
     "fuse",
     "in_order",
     "interleaved",
@@ -201,6 +201,7 @@ __all__ = [
     "moved_most_ns",
     "on_reference_clock",
     "rigid_transform",
+    "run_first_pass",
     "save_body_shape",
     "series_from_samples",
     "series_of_estimates",
@@ -209,5 +210,6 @@ __all__ = [
     "unwrapped",
     "without_sideways_flexion",
     "warm_up",
+    "with_measured_delay",
     "wrapped",
 ]

@@ -6,9 +6,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+import numpy as np
+
 from pose_core.estimates.body_estimates import BodyEstimate
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import estimator_class
+from pose_core.filter.tracker_errors import LONGEST_DELAY_S
 from pose_core.fusion.alignment_history import AlignmentHistory
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.fusion.sample_check import check_samples
@@ -46,10 +49,9 @@ def fuse(
     check_samples(samples, extrinsics, None if parameters is None else parameters.sensors)
     samples = _without_repeated_frames(samples)
     parameters = parameters or PipelineParameters(sensors=extrinsics.sensors)
+    parameters, alignments = run_first_pass(samples, extrinsics, parameters)
     pipeline = Pipeline(parameters, extrinsics)
-    before = first_pass(parameters)
-    if before is not None:
-        pipeline.use_sensor_to_segment(initial_alignments(samples, extrinsics, before))
+    pipeline.use_sensor_to_segment(alignments)
     estimates = [
         estimate
         for sample in in_order(samples, extrinsics.clocks)
@@ -84,26 +86,44 @@ def first_pass(parameters: Parameters) -> Parameters | None:
     """Parameters of a first pass over a recording; None if one pass suffices.
 
     The sensor-to-segment alignments that the default estimator finds for the recording's beginning
-    let the second pass use the IMUs from there on.
+    let the second pass use the IMUs from there on, and the delay of the trackers that it measures
+    is the second's prior mean.
     """
     if not (estimator_class(parameters.estimator).ALIGNS_IMUS and parameters.use_imus):
         return None
     return replace(parameters, estimator="default", output_rate=0.0)
 
 
-def initial_alignments(
+def run_first_pass(
     samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
     extrinsics: Extrinsics,
-    parameters: PipelineParameters,
-) -> SensorsToSegments:
-    """Alignments at the beginning of one person's recording, by a :func:`first_pass`."""
-    pipeline, history = Pipeline(parameters, extrinsics), AlignmentHistory()
+    parameters: Parameters,
+) -> tuple[Parameters, SensorsToSegments]:
+    """Run the :func:`first_pass` over one person's recording, if there is any.
+
+    Returns:
+        Parameters of the second pass, and the alignments at the recording's beginning.
+    """
+    before = first_pass(parameters)
+    if before is None:
+        return parameters, {}
+    pipeline, history = Pipeline(before, extrinsics), AlignmentHistory()
     for sample in in_order(samples, extrinsics.clocks):
         pipeline.add(sample)
         history.note(pipeline)
         if history.is_complete:
             break
-    return history.initial(pipeline)
+    return with_measured_delay(parameters, pipeline), history.initial(pipeline)
+
+
+def with_measured_delay(parameters: Parameters, first: Pipeline) -> Parameters:
+    """Parameters with the mean delay of the trackers that ``first`` has measured, unless given."""
+    delays = np.array(list(first.tracker_delays_s.values())).reshape(-1, 2)
+    if parameters.tracker_delay > 0.0 or not len(delays):
+        return parameters
+    weight = delays[:, 1] ** -2.0
+    mean_s = float(weight @ delays[:, 0] / weight.sum())
+    return replace(parameters, tracker_delay=min(max(mean_s, 0.0), LONGEST_DELAY_S))
 
 
 def series_of_estimates(estimates: Sequence[BodyEstimate]) -> EstimateSeries:

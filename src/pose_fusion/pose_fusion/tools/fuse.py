@@ -17,11 +17,13 @@ from pose_core.api import (
     EstimateBlock,
     Extrinsics,
     PeoplePipeline,
+    SensorsToSegments,
     body_model_of,
     first_pass,
     load_body_shape,
     make_urdf,
     save_body_shape,
+    with_measured_delay,
 )
 from pose_core.errors import InputError, PoseError
 from pose_core.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
@@ -186,16 +188,20 @@ def fuse(
         BagWriter(out_bag, storage) as writer,
         progress_bar(console, TimeRemainingColumn()) as progress,
     ):
-        pipeline = make_pipeline(
-            parameters, extrinsics, lambda body_id, block: output.write(body_id, block), console
-        )
-        output = EstimateWriter(writer, pipeline)
+        alignments: SensorsToSegments = {}
         before = first_pass(parameters) if imu_topics(bag) else None
         if before is not None:
             aligning = make_pipeline(before, extrinsics, lambda *_: None, Console(quiet=True))
             history = AlignmentHistory()
             add_all(aligning, bag, progress, "aligning the IMUs", history)
-            pipeline.use_sensor_to_segment(history.initial(aligning.subject))
+            alignments = history.initial(aligning.subject)
+            parameters = with_measured_delay(parameters, aligning.subject)
+        pipeline = make_pipeline(
+            parameters, extrinsics, lambda body_id, block: output.write(body_id, block), console
+        )
+        if alignments:
+            pipeline.use_sensor_to_segment(alignments)
+        output = EstimateWriter(writer, pipeline)
         for line in add_all(pipeline, bag, progress, "fusing"):
             console.print(line, soft_wrap=True)
         if not pipeline.estimates:
