@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import approx_fprime, least_squares
 from scipy.sparse import csr_matrix
 from scipy.spatial.transform import Rotation
 
 from pose_calibration.board.camera import Camera
 from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
-from pose_core.api import FloatArray, rigid_transform
+from pose_core.api import FloatArray, inverse, rigid_transform
 
 SOFT_PX = 0.3  # [px] residual beyond which the loss is linear
 CORNER_STDDEV_PX = 0.05  # [px] lower bound of a corner's standard deviation
@@ -144,13 +144,7 @@ class Bundle:
         if camera == 0:
             return 0.0, 0.0
         block = covariance[6 * (camera - 1) : 6 * camera, 6 * (camera - 1) : 6 * camera]
-        vector = _vector(T)
-        # position = −Rᵀ t, by numerical differentiation
-        base = -T[:3, :3].T @ T[:3, 3]
-        J = np.zeros((3, 6))
-        for i in range(6):
-            moved = _matrix(vector + 1e-6 * np.eye(6)[i])
-            J[:, i] = (-moved[:3, :3].T @ moved[:3, 3] - base) / 1e-6
+        J = approx_fprime(_vector(T), lambda vector: inverse(_matrix(vector))[:3, 3], 1e-6)
         place = J @ block @ J.T
         return (
             float(np.sqrt(max(0.0, np.linalg.eigvalsh(block[:3, :3])[-1]))),

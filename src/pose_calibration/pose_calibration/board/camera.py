@@ -39,8 +39,7 @@ def camera_from_info(message: Any) -> Camera:
     Raises:
         InputError: If it is not calibrated, or of another distortion model.
     """
-    K = np.array(message.k if hasattr(message, "k") else message.K, float).reshape(3, 3)
-    D = message.d if hasattr(message, "d") else message.D
+    K, D = np.array(message.k, float).reshape(3, 3), message.d
     return _checked_camera(
         "CameraInfo", message.width, message.height, K, D, message.distortion_model
     )
