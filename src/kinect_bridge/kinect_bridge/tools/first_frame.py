@@ -1,6 +1,5 @@
 """The picture that ``inspect`` draws of a recording's first frame."""
 
-import itertools
 from pathlib import Path
 
 import numpy as np
@@ -9,24 +8,20 @@ from matplotlib.figure import Figure
 
 from pose_core.arrays import FloatArray
 from pose_core.errors import writing
-from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES, TrackingState
 from pose_io.arrays import ByteArray
 from pose_io.recordings.recording import Recording, SensorStream
 
-COLOURS = {"left": "#0072b2", "right": "#d55e00", "": "#444444"}  # the person's sides
+COLOURS = {"left": "#0072b2", "right": "#d55e00"}  # of the person's sides
+MIDDLE_COLOUR = "#444444"
 VIEWS = (("from the sensor", 0, 1), ("from above", 0, 2))  # title and axes of the optical frame
 AXES = ("x right [m]", "y down [m]", "z forward [m]")
 MAX_SENSORS = 8  # largest number drawn
-LIMBS = (("neck", "shoulder", "elbow", "hand"), ("torso", "hip", "knee", "foot"))
 BONES = (
-    ("head", "neck", ""),
-    ("neck", "torso", ""),
-    *(
-        (*(name if name in JOINT_INDEX else f"{side}_{name}" for name in pair), side)
-        for side in SIDES
-        for limb in LIMBS
-        for pair in itertools.pairwise(limb)
-    ),
+    *(("head", "neck"), ("neck", "torso")),
+    *(("neck", f"{side}_shoulder") for side in SIDES),
+    *(("torso", f"{side}_hip") for side in SIDES),
+    *LIMB_ENDS.values(),
 )
 
 
@@ -69,8 +64,9 @@ def _draw(axes: Axes, stream: SensorStream, view: tuple[str, int, int]) -> None:
 
 def _draw_person(axes: Axes, places: FloatArray, states: ByteArray) -> None:
     """Draw bones in the colours of the sides, dashed if a joint is not TRACKED."""
-    for start, end, side in BONES:
+    for start, end in BONES:
         ends = [JOINT_INDEX[start], JOINT_INDEX[end]]
         tracked = (states[ends] == TrackingState.TRACKED).all()
         x, y = places[ends].T
-        axes.plot(x, y, "o-" if tracked else "o--", color=COLOURS[side], markersize=3)
+        colour = COLOURS.get(end.partition("_")[0], MIDDLE_COLOUR)
+        axes.plot(x, y, "o-" if tracked else "o--", color=colour, markersize=3)
