@@ -166,3 +166,11 @@ def test_initial_orientation_turns_gravity_up_and_the_field_north():
     north = ORIENTATIONS.inv().apply(FIELD / np.linalg.norm(FIELD))
     q = initial_orientation(up, north, np.ones(COUNT, dtype=bool))
     assert error_deg(q, ORIENTATIONS).max() < 1e-4
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-9, 1e-8, 1e-7, 1e-4])
+def test_initial_orientation_is_exact_near_upside_down(angle: float):
+    truth = Rotation.from_euler("yz", [np.pi - angle, 0.3])
+    up, north = truth.inv().apply([[0, 0, 1], FIELD / np.linalg.norm(FIELD)])
+    q = initial_orientation(up[None], north[None], np.array([True]))
+    assert np.radians(error_deg(q, truth)).max() < 5e-8

@@ -30,16 +30,11 @@ from numpy.typing import NDArray
 
 from imu_bridge.filters.conditioned import ConditionedFilter
 from imu_bridge.filters.orientation_filter import FilterSettings, IndexArray, SampleRound
-from imu_bridge.filters.quaternions import (
-    cross,
-    from_matrix,
-    from_rotation_vector,
-    multiply,
-    rotate,
-)
+from imu_bridge.filters.quaternions import cross, from_rotation_vector, multiply, rotate
 from pose_core.arrays import FloatArray
 
 TINY = 1e-12  # [-] smallest norm of a vector with a direction
+HALF_TURN = 1e-8  # [-] 2 cos(angle / 2) below which an angle counts as half a turn
 PARALLEL_SINE = 1e-3  # [-] below 0.06 deg between field and gravity there is no heading
 
 
@@ -110,7 +105,7 @@ class MadgwickFilter:
 
 
 def initial_orientation(up: FloatArray, north: FloatArray, has_north: NDArray) -> FloatArray:
-    """Orientation from one sample each (TRIAD with gravity as the primary vector).
+    """Orientation from one sample each: gravity exactly, then the field's heading (TRIAD).
 
     Args:
         up: Unit specific force in sensor axes, shape (k, 3).
@@ -123,12 +118,11 @@ def initial_orientation(up: FloatArray, north: FloatArray, has_north: NDArray) -
     """
     x_upright = np.abs(up[:, 0]) > 0.9
     eastward = np.where(x_upright[:, None], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
-    fallback = cross(up, eastward)
-    north = np.where(has_north[:, None], north, fallback)
-    east = cross(north, up)
-    east /= np.linalg.norm(east, axis=1, keepdims=True)
-    # The rows of R_world_sensor are the world's axes in sensor axes.
-    return from_matrix(np.stack([east, cross(up, east), up], axis=1))
+    north = np.where(has_north[:, None], north, cross(up, eastward))
+    # The smallest rotation that turns up into z, about x if that is half a turn.
+    q = np.stack([up[:, 1], -up[:, 0], np.zeros(len(up)), 1.0 + up[:, 2]], axis=1)
+    q[np.linalg.norm(q, axis=1) < HALF_TURN] = [1.0, 0.0, 0.0, 0.0]
+    return _turned_north(q / np.linalg.norm(q, axis=1, keepdims=True), north)
 
 
 def _turned_north(q: FloatArray, north: FloatArray) -> FloatArray:

@@ -43,20 +43,3 @@ def from_rotation_vector(turn: FloatArray) -> FloatArray:
     half = 0.5 * np.linalg.norm(turn, axis=1, keepdims=True)
     # np.sinc(x) is sin(pi x) / (pi x), defined at zero.
     return np.concatenate([0.5 * turn * np.sinc(half / np.pi), np.cos(half)], axis=1)
-
-
-def from_matrix(R: FloatArray) -> FloatArray:
-    """Quaternions of rotation matrices, shape (k, 3, 3), by the largest of their four parts."""
-    diagonal = np.diagonal(R, axis1=1, axis2=2)
-    trace = diagonal.sum(axis=1)
-    # Each row is 4 q_i (x, y, z, w) for i = x, y, z, w.
-    rows = np.empty((len(R), 4, 4))
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        rows[:, i, i] = 1.0 + 2.0 * R[:, i, i] - trace
-        rows[:, i, j] = rows[:, j, i] = R[:, i, j] + R[:, j, i]
-        rows[:, i, 3] = rows[:, 3, i] = R[:, k, j] - R[:, j, k]
-    rows[:, 3, 3] = 1.0 + trace
-    largest = np.argmax(np.diagonal(rows, axis1=1, axis2=2), axis=1)
-    q = rows[np.arange(len(R)), largest]
-    return q / np.linalg.norm(q, axis=1, keepdims=True)
