@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from madgwick_filter import advance, make_filter
 from scipy.spatial.transform import Rotation
 
-from imu_bridge.filters.madgwick import MadgwickFilter, initial_orientation
+from imu_bridge.filters.madgwick import MadgwickOrientation, initial_orientation
 
 GRAVITY = np.array([0.0, 0.0, 9.81])
 FIELD = np.array([0.0, 20e-6, -43e-6])  # [T] dips by 65 degrees
@@ -31,16 +32,18 @@ def inclination_error_deg(q: np.ndarray, truth: Rotation) -> np.ndarray:
     return np.degrees(np.arctan2(np.hypot(up[:, 0], up[:, 1]), up[:, 2]))
 
 
-def run(filter_: MadgwickFilter, steps: int, dt: float, rate, acceleration, field) -> np.ndarray:
+def run(
+    filter_: MadgwickOrientation, steps: int, dt: float, rate, acceleration, field
+) -> np.ndarray:
     n = len(filter_.orientation)
     arrays = [np.broadcast_to(a, (n, 3)) for a in (rate, acceleration, field)]
     for _ in range(steps):
-        q = filter_.update(np.arange(n), np.full(n, dt), *arrays)
+        q = advance(filter_, np.arange(n), np.full(n, dt), *arrays)
     return q
 
 
-def started(q: np.ndarray, beta: float) -> MadgwickFilter:
-    filter_ = MadgwickFilter(len(q), beta)
+def started(q: np.ndarray, beta: float) -> MadgwickOrientation:
+    filter_ = make_filter(len(q), beta)
     filter_.orientation[:] = q
     filter_.has_heading[:] = True
     return filter_
@@ -48,7 +51,7 @@ def started(q: np.ndarray, beta: float) -> MadgwickFilter:
 
 def test_first_sample_gives_the_orientation_at_every_tilt():
     q = run(
-        MadgwickFilter(COUNT, 0.1),
+        make_filter(COUNT, 0.1),
         1,
         0.0,
         np.zeros(3),
@@ -59,7 +62,7 @@ def test_first_sample_gives_the_orientation_at_every_tilt():
 
 
 def test_first_sample_without_a_field_gives_the_inclination_at_every_tilt():
-    filter_ = MadgwickFilter(COUNT, 0.1)
+    filter_ = make_filter(COUNT, 0.1)
     q = run(filter_, 1, 0.0, np.zeros(3), ORIENTATIONS.inv().apply(GRAVITY), NAN)
     assert inclination_error_deg(q, ORIENTATIONS).max() < 1e-4
     assert not filter_.has_heading.any()
@@ -102,7 +105,7 @@ def test_a_turned_field_leaves_the_inclination_alone():
 
 def test_the_first_field_after_a_start_without_one_turns_the_heading_at_once():
     truth = Rotation.from_euler("ZX", [120, 30], degrees=True)
-    filter_ = MadgwickFilter(1, 0.1)
+    filter_ = make_filter(1, 0.1)
     run(filter_, 5, 0.01, np.zeros(3), truth.inv().apply(GRAVITY), NAN)
     q = run(filter_, 1, 0.01, np.zeros(3), truth.inv().apply(GRAVITY), truth.inv().apply(FIELD))
     assert error_deg(q, truth).max() < 1e-4
@@ -125,7 +128,7 @@ def test_without_gravity_the_gyroscope_alone_integrates(useless: np.ndarray):
 
 
 def test_before_the_first_gravity_there_is_no_orientation():
-    filter_ = MadgwickFilter(2, 0.1)
+    filter_ = make_filter(2, 0.1)
     q = run(filter_, 3, 0.01, np.zeros(3), NAN, FIELD)
     assert np.isnan(q).all()
     q = run(filter_, 1, 0.01, np.zeros(3), GRAVITY, FIELD)
@@ -133,7 +136,7 @@ def test_before_the_first_gravity_there_is_no_orientation():
 
 
 def test_a_field_along_gravity_gives_no_heading():
-    filter_ = MadgwickFilter(1, 0.1)
+    filter_ = make_filter(1, 0.1)
     q = run(filter_, 10, 0.01, np.zeros(3), GRAVITY, np.array([0, 0, -40e-6]))
     assert not filter_.has_heading.any()
     assert inclination_error_deg(q, Rotation.identity()).max() < 1e-9

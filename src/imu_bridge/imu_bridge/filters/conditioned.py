@@ -12,21 +12,26 @@ from pose_core.arrays import FloatArray
 
 
 class ConditionedFilter(OrientationFilter):
-    """An :class:`OrientationFilter` with corrected rates and checked magnetic fields."""
+    """An :class:`OrientationFilter` with corrected rates and checked magnetic fields.
+
+    Attributes:
+        orientation: ``R_world_sensor`` as quaternions (x, y, z, w), shape (n, 4); NaN until the
+            first usable acceleration.
+    """
 
     def __init__(self, count: int, settings: FilterSettings) -> None:
         super().__init__(count, settings)
         self._bias = RestBiasEstimator(count, settings.gyro_bias_window)
         self.bias, self.rests = self._bias.bias, self._bias.rests
         self._field = FieldCheck(count)
-        self._orientation: FloatArray = np.full((count, 4), np.nan)
+        self.orientation: FloatArray = np.full((count, 4), np.nan)
 
     def reset(self, index: int) -> None:
         """See :class:`OrientationFilter`."""
         super().reset(index)
         self._bias.restart(index)
         self._field.reset(index)
-        self._orientation[index] = np.nan
+        self.orientation[index] = np.nan
 
     def update(self, samples: SampleRound) -> FloatArray:
         """See :class:`OrientationFilter`."""
@@ -35,7 +40,7 @@ class ConditionedFilter(OrientationFilter):
         rate = samples.angular_velocity - self.bias[index]
         field = self._believed(samples, rate)
         q = self._advance(samples, rate, field)
-        self._orientation[index] = q
+        self.orientation[index] = q
         corrected = ~np.isnan(field[:, 0]) & ~np.isnan(q[:, 3])
         self._heading.update(index, dt, corrected)
         return q
@@ -46,7 +51,7 @@ class ConditionedFilter(OrientationFilter):
         if self._settings.magnetometer in ("off", "on"):
             return field
         index = samples.index
-        q = self._orientation[index]
+        q = self.orientation[index]
         fresh = np.isnan(q[:, 3])
         believed = self._field.update(
             index, samples.dt, rotate(q, field), np.linalg.norm(rate, axis=1)

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imu_bridge.filters.conditioned import ConditionedFilter
-from imu_bridge.filters.orientation_filter import FilterSettings, IndexArray, SampleRound
+from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
 from imu_bridge.filters.quaternions import cross, from_rotation_vector, multiply, rotate
 from pose_core.arrays import FloatArray
 
@@ -38,54 +38,31 @@ HALF_TURN = 1e-8  # [-] 2 cos(angle / 2) below which an angle counts as half a t
 PARALLEL_SINE = 1e-3  # [-] below 0.06 deg between field and gravity there is no heading
 
 
-class MadgwickFilter:
-    """Orientations of n sensors, each advanced by its own samples.
+class MadgwickOrientation(ConditionedFilter):
+    """Madgwick's filter with the preprocessing of :class:`ConditionedFilter`.
 
-    Args:
-        count: The number n of sensors.
-        beta: Gain [rad/s]: the rate of the quaternion that the correction may reach; the sensor's
-            orientation is corrected by up to twice as much.
+    A sample without a usable acceleration is integrated by the gyroscope alone; one without a
+    usable field, or with one parallel to gravity, corrects the inclination only. The gain ``beta``
+    [rad/s] is the rate of the quaternion that the correction may reach; the sensor's orientation is
+    corrected by up to twice as much.
 
     Attributes:
-        orientation: ``R_world_sensor`` as quaternions (x, y, z, w), shape (n, 4); NaN until
-            the first usable acceleration.
         has_heading: Whether a magnetometer sample has gone into the orientation, shape (n,).
     """
 
-    def __init__(self, count: int, beta: float) -> None:
-        self.beta = beta
-        self.orientation: FloatArray = np.full((count, 4), np.nan)
+    def __init__(self, count: int, settings: FilterSettings) -> None:
+        super().__init__(count, settings)
         self.has_heading: NDArray[np.bool_] = np.zeros(count, dtype=bool)
 
     def reset(self, index: int) -> None:
-        """Reset one sensor's orientation; its next sample initialises it."""
-        self.orientation[index] = np.nan
+        """See :class:`OrientationFilter`."""
+        super().reset(index)
         self.has_heading[index] = False
 
-    def update(
-        self,
-        index: IndexArray,
-        dt: FloatArray,
-        angular_velocity: FloatArray,
-        acceleration: FloatArray,
-        magnetic_field: FloatArray,
-    ) -> FloatArray:
-        """Advance k different sensors by one sample each.
-
-        Args:
-            index: Indices of the sensors, shape (k,), without repetition.
-            dt: Time since each one's previous sample [s], shape (k,).
-            angular_velocity: [rad/s] in sensor axes, finite, shape (k, 3).
-            acceleration: Specific force in any unit, shape (k, 3). Zero or NaN: this sample is
-                integrated by the gyroscope alone.
-            magnetic_field: In any unit, shape (k, 3). Zero, NaN or parallel to gravity: this
-                sample corrects the inclination only.
-
-        Returns:
-            The k orientations, shape (k, 4); NaN for a sensor that is not initialised yet.
-        """
-        up, has_up = _directions(acceleration)
-        north, has_north = _directions(magnetic_field)
+    def _advance(self, samples: SampleRound, rate: FloatArray, field: FloatArray) -> FloatArray:
+        index = samples.index
+        up, has_up = _directions(samples.acceleration)
+        north, has_north = _directions(field)
         has_north &= has_up & (np.linalg.norm(cross(up, north), axis=1) > PARALLEL_SINE)
         q = self.orientation[index]
         fresh = np.isnan(q[:, 3])
@@ -94,12 +71,11 @@ class MadgwickFilter:
         turn_north = has_north & ~fresh & ~self.has_heading[index]
         if not start.all():
             descend = has_north & ~turn_north
-            q = _step(q, dt, angular_velocity, up, has_up, north, descend, self.beta)
+            q = _step(q, samples.dt, rate, up, has_up, north, descend, self._settings.beta)
         if start.any():
             q[start] = initial_orientation(up[start], north[start], has_north[start])
         if turn_north.any():
             q[turn_north] = _turned_north(q[turn_north], north[turn_north])
-        self.orientation[index] = q
         self.has_heading[index] |= has_north
         return q
 
@@ -170,19 +146,3 @@ def _directions(vectors: FloatArray) -> tuple[FloatArray, NDArray]:
     valid = np.isfinite(norm) & (norm > TINY)
     scale = np.where(valid, norm, 1.0)
     return np.where(valid[:, None], vectors, 0.0) / scale[:, None], valid
-
-
-class MadgwickOrientation(ConditionedFilter):
-    """Madgwick's filter with the preprocessing of :class:`ConditionedFilter`."""
-
-    def __init__(self, count: int, settings: FilterSettings) -> None:
-        super().__init__(count, settings)
-        self._filter = MadgwickFilter(count, settings.beta)
-
-    def reset(self, index: int) -> None:
-        """See :class:`OrientationFilter`."""
-        super().reset(index)
-        self._filter.reset(index)
-
-    def _advance(self, samples: SampleRound, rate: FloatArray, field: FloatArray) -> FloatArray:
-        return self._filter.update(samples.index, samples.dt, rate, samples.acceleration, field)

@@ -61,7 +61,7 @@ class XioOrientation(ConditionedFilter):
         # The library filters one sensor at a time.
         for row, i in enumerate(index.tolist()):
             ahrs = self._filters[i]
-            if np.isnan(self._orientation[i, 3]):
+            if np.isnan(self.orientation[i, 3]):
                 if not usable[row]:
                     continue
                 self._start(ahrs, acceleration[row], field[row])
