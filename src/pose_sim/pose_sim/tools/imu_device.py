@@ -13,7 +13,7 @@ import numpy as np
 
 from pose_core.errors import InputError, writing
 from pose_core.plain_yaml import dump_yaml
-from pose_node.command_line import run_tool
+from pose_node.command_line import number_within, run_tool
 from pose_sim import imu_file
 from pose_sim.imu_devices import BAUDRATES, nodes_file, port_streams
 from pose_sim.serial_device import PseudoTerminal, over_the_air, transmit
@@ -51,13 +51,13 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="NS",
         help="UNIX time [ns] of the session's time zero (default: now)",
     )
-    for name, default, metavar, meaning in (
-        ("--lost", 0.002, "SHARE", "frames lost"),
-        ("--corrupted", 0.0005, "SHARE", "frames with a wrong byte"),
-        ("--jitter", 0.0, "S", "mean delay on top of the session's own [s]"),
+    for name, default, unit, metavar, meaning in (
+        ("--lost", 0.002, "-", "SHARE", "frames lost"),
+        ("--corrupted", 0.0005, "-", "SHARE", "frames with a wrong byte"),
+        ("--jitter", 0.0, "s", "S", "mean delay on top of the session's own [s]"),
     ):
-        text = f"{meaning} (default: %(default)g)"
-        parser.add_argument(name, type=float, default=default, metavar=metavar, help=text)
+        text, within = f"{meaning} (default: %(default)g)", number_within(0.0, 1.0, unit)
+        parser.add_argument(name, type=within, default=default, metavar=metavar, help=text)
     parser.add_argument("--seed", type=int, default=1, help="of all chance (default: %(default)s)")
     return parser
 
@@ -65,7 +65,8 @@ def make_parser() -> argparse.ArgumentParser:
 def run() -> int:
     """Parse the command line and send the session."""
     arguments = make_parser().parse_args()
-    _check(arguments)
+    if arguments.seed < 0:
+        raise InputError(f"seed = {arguments.seed} is negative")
     stop_signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: stop_signals.append(number))
@@ -104,15 +105,6 @@ def run() -> int:
         f"{sum(t.counters['bytes_unread'] for t in terminals)} bytes unread"
     )
     return 0
-
-
-def _check(arguments: argparse.Namespace) -> None:
-    for name, unit in (("lost", ""), ("corrupted", ""), ("jitter", " s")):
-        value = getattr(arguments, name)
-        if not 0.0 <= value <= 1.0:
-            raise InputError(f"{name} = {value:g}{unit} is outside [0, 1]")
-    if arguments.seed < 0:
-        raise InputError(f"seed = {arguments.seed} is negative")
 
 
 def _link(link: Path, segment: str | None) -> Path:
