@@ -35,7 +35,7 @@ def test_a_walking_person_gives_vertical_and_height(tilt, roll):
     floor = estimate_floor(view(T))
     assert up_error_deg(floor.T_map_reference, T) < 0.5
     assert floor.height == pytest.approx(1.4, abs=0.03)
-    assert floor.source == f"{UPRIGHT_BODY} and {FEET}"
+    assert floor.source == f"{UPRIGHT_BODY}, {FEET}"
 
 
 def test_a_sensor_that_hangs_upside_down_gives_vertical_and_height():

@@ -39,6 +39,7 @@ UPRIGHT_TRUNK = np.radians(20.0)  # [rad] between trunk and legs
 FEET_COUNT_BELOW = 0.85  # [-] of the body's deviation, below which feet are named as a source
 MIN_UPRIGHT_FRAMES = 15  # [-]
 CELL_M = 0.25  # [m] feet in one cell of the floor count as one observation
+RARE = 0.05  # [-] of the frames, by whose share the least visited cells are left out
 HUBER_M = 0.04  # [m] larger deviations are feet in the air or wrong joints
 PLANE_SCATTER_M = 0.06  # [m] of standing feet about their plane; 0.01 to 0.04 on a floor
 LARGEST_DISTANCE = 6.0  # [-] squared, of the feet's slope from the body's, over its variance
@@ -93,7 +94,7 @@ def estimate_floor(
         height = ANKLE_HEIGHT_M - sole
         height_stddev = float(np.hypot(sole_stddev, ANKLE_HEIGHT_STDDEV_M))
         if source != KNOWN_MOUNTING and slope_stddev < FEET_COUNT_BELOW * up_stddev:
-            source = f"{source} and {FEET}"
+            source = f"{source}, {FEET}"
     if mounting.height is not None:
         height, height_stddev = mounting.height, 0.0
     return FloorEstimate(
@@ -161,15 +162,18 @@ def _plane(
     """
     R_level_reference = _map_frame(up, 0.0)[:3, :3]
     level = standing @ R_level_reference.T
-    cells, members = np.unique(
-        np.floor(level[:, :2] / CELL_M).astype(int), axis=0, return_inverse=True
+    _, members, counts = np.unique(
+        np.floor(level[:, :2] / CELL_M).astype(int), axis=0, return_inverse=True, return_counts=True
     )
     members = members.reshape(-1)
+    # Gross errors are scattered over cells where nobody stands.
+    rarest = np.argsort(counts, kind="stable")
+    cells = np.sort(rarest[np.cumsum(counts[rarest]) > RARE * len(standing)])
     # Within a cell the lower feet stand and the higher ones swing.
     x, y, h = np.array(
         [
             (*level[members == cell, :2].mean(axis=0), np.percentile(level[members == cell, 2], 25))
-            for cell in range(len(cells))
+            for cell in cells
         ]
     ).T
     centre = np.array([x.mean(), y.mean()])

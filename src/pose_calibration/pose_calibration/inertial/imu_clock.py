@@ -7,7 +7,7 @@ apart from most others has a clock of its own.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -94,11 +94,13 @@ def imu_findings(
         measured = _over_time(views, verticals, delay.estimate_s)
         if measured:
             clocks[IMUS] = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S)
-    known = extrinsics.floor.up_stddev if extrinsics.floor is not None else 0.0
-    gravity = None
-    if known:
+    gravity, floor = None, extrinsics.floor
+    if floor is not None and floor.up_stddev:
         turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
-        gravity = gravity_from_imus(searched, turns, verticals, delay.estimate_s, known)
+        gravity = gravity_from_imus(searched, turns, verticals, delay.estimate_s, floor.up_stddev)
+        if gravity is not None:  # the estimate until now is its prior
+            source = f"{floor.source}, {gravity.source}"
+            gravity = replace(gravity, source=source)
     return ImuFindings(
         offset_s=offset_s, offset_stddev_s=delay.stddev_s, clocks=clocks, gravity=gravity
     )

@@ -10,7 +10,12 @@ of the bias that changes with the limb's direction, the same in all sensors. The
 one :math:`e` per limb, and one :math:`a` and :math:`c` per limb and view. They are estimated by
 Gauss-Newton with Tukey's weights and priors on :math:`u`, from the person's upright stance, on
 :math:`c` and on :math:`e`. Headings and alignments of the IMUs are not needed, but several limbs
-must change their inclination.
+must change their inclination. The estimates without one segment each tell how well the limbs agree
+(jackknife): where few limbs tell, or trackers err in the same way for long, that is the larger part
+of the uncertainty, and the result stays nearer to the prior.
+
+References:
+    Efron, Stein (1981), Annals of Statistics 9(3): the jackknife's variance.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,9 +32,10 @@ from pose_core.api import FloatArray
 from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
-BODY_IMUS = "upright body and body-worn IMUs"
+BODY_IMUS = "body-worn IMUs"
 RATE = 10.0  # [Hz] of the instants used
 LEAST_SAMPLES = 50  # [-] of a limb
+LEAST_SEGMENTS = 2  # [-]
 ITERATIONS = 15
 FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own inclination, a lower bound
 LIMB_STDDEV = 0.05  # [-] of a limb's constant bias: 1.5 cm of 30 cm
@@ -92,10 +98,28 @@ def gravity_from_imus(
         for segment, each in verticals.items()
         if (limb := _matched(view, R, segment, each, delay_s)) is not None
     ]
-    if not limbs:
+    segments = sorted({limb.segment for limb in limbs})
+    if len(segments) < LEAST_SEGMENTS:
         return None
     ups = [R @ view.up for view, R in zip(views, turns, strict=True)]
     known = _unit(np.array(ups, float).sum(axis=0))
+    prior = known, up_stddev
+    up, own_stddev = _solve(limbs, prior)
+    without = [[limb for limb in limbs if limb.segment != segment] for segment in segments]
+    off = np.array([_solve(others, prior)[0] - up for others in without])
+    scatter = (1.0 - 1.0 / len(segments)) * float(np.linalg.eigvalsh(off.T @ off)[-1])
+    share = up_stddev**2 / (up_stddev**2 + scatter)
+    stddev = float(np.sqrt(own_stddev**2 + share * scatter))
+    if stddev > IMUS_COUNT_BELOW * up_stddev:
+        return None
+    return Gravity(up=_unit(known + share * (up - known)), stddev=stddev, source=BODY_IMUS)
+
+
+def _solve(
+    limbs: Sequence[_LimbDirections], prior: tuple[FloatArray, float]
+) -> tuple[FloatArray, float]:
+    """The vertical and its standard deviation [rad] by these limbs, if their model holds."""
+    known, _ = prior
     segments = sorted({limb.segment for limb in limbs})
     state = _State(
         up=known,
@@ -105,13 +129,10 @@ def gravity_from_imus(
     )
     of_segment = [segments.index(limb.segment) for limb in limbs]
     for _ in range(ITERATIONS):
-        information, gradient = _normal_equations(limbs, of_segment, state, (known, up_stddev))
+        information, gradient = _normal_equations(limbs, of_segment, state, prior)
         state.move(np.asarray(-np.linalg.solve(information, gradient), float))
     covariance = np.linalg.inv(information)[:2, :2]
-    stddev = float(np.hypot(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), FLOOR_STDDEV))
-    if stddev > IMUS_COUNT_BELOW * up_stddev:
-        return None
-    return Gravity(up=state.up, stddev=stddev, source=BODY_IMUS)
+    return state.up, float(np.hypot(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), FLOOR_STDDEV))
 
 
 def _matched(
