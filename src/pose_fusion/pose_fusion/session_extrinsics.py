@@ -67,7 +67,12 @@ def find_extrinsics(
     """
     known: Extrinsics | None
     if extrinsics_file:
-        known = load_extrinsics_of(Path(extrinsics_file), sensors)
+        of_all = load_extrinsics(Path(extrinsics_file))
+        if set(sensors) < set(of_all.sensors):  # clocks may be relative to one that is not used
+            placed = {sensor: of_all.T_map_sensor(sensor) for sensor in sensors}
+            known = replace(extrinsics_from_map(placed), body=of_all.body)
+        else:
+            known = load_extrinsics_of(Path(extrinsics_file), sensors)
         known = known if known.clocks else replace(known, clocks=read_clocks(bag))
     else:
         known = recorded_extrinsics(bag, sensors)

@@ -2,6 +2,7 @@
 
 from io import StringIO
 
+import numpy as np
 import pytest
 from rich.console import Console
 from session_bag import write_session
@@ -29,6 +30,16 @@ def test_sensors_that_are_not_named_come_in_the_order_of_the_extrinsics_file(bag
     assert checked_sensors(bag, (), str(path)) == order
     assert checked_sensors(bag, ("left", "right"), str(path)) == ("left", "right")
     assert checked_sensors(bag) == ("left", "right")
+
+
+def test_a_file_of_more_sensors_serves_for_some_of_them(bag, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics())
+    found = find_extrinsics(bag, ("right",), Console(file=StringIO()), str(path), imus=False)
+    assert found.sensors == ("right",)
+    np.testing.assert_allclose(
+        found.T_map_sensor("right"), extrinsics().T_map_sensor("right"), atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("imus", [True, False])

@@ -184,7 +184,7 @@ class ExtrinsicsCalibrator:
                 f"uncertain by {np.degrees(pair.rotation_noise):.2f} deg, expected at most "
                 f"{np.degrees(limits.rotation_stddev):.2f} deg (spread of the joints "
                 + ", ".join(f"{extent:.2f}" for extent in pair.spread)
-                + " m): raise the arms sideways and walk about"
+                + " m): raise the arms sideways and walk about, or use a single sensor"
             )
 
 

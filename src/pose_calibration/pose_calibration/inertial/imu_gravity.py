@@ -41,7 +41,7 @@ FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own inclination, a lower bo
 LIMB_STDDEV = 0.05  # [-] of a limb's constant bias: 1.5 cm of 30 cm
 LIMB_SLOPE_STDDEV = 0.08  # [-] of the part that changes with its direction: 1.7 cm at either end
 OPTIMISM = 2.0  # [-] true over formal errors: a limb's errors are correlated
-IMUS_COUNT_BELOW = 0.85  # [-] of the deviation without IMUs, below which they are used
+IMUS_COUNT_BELOW = 0.9  # [-] of the deviation without IMUs, below which they are used
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,8 @@ MOST_TILT_STDDEV = 0.26  # [rad] about the axes across the link
 JUDGED_S = 15.0  # [s] in view before a lack of fit or of lead is judged
 MOST_MISFIT = 1.1  # [-] above which the IMU's motion does not fit the link
 MOST_ARM_MISFIT = 3.0  # [-] the same for arms, where trackers have larger errors
+KNOWN_MISFIT = 3.0  # [-] times as much is allowed for a known mounting: links already steadied by
+# other IMUs are surer of an arm than its tracker is
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,7 +135,8 @@ class SegmentAlignment:
         # Mean squared distance of the axes from the solution's, over its expected variance.
         weight, axis_s = self._total
         fitted = np.sum(found.R_sensor_link * _cost_matrix(self._sums, found.heading))
-        fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= self._most_misfit
+        most_misfit = self._most_misfit * (1.0 if mounting is None else KNOWN_MISFIT)
+        fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= most_misfit
         is_settled = bool(self._total[1] > 3.0 * JUDGED_S)
         self.does_not_fit = bool(not fits and is_settled)
         is_sure = fits and (

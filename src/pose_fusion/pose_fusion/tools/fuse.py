@@ -284,7 +284,12 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
     delays_s = pipeline.subject.tracker_delays_s if pipeline.imu_samples else {}
     for sensor, (delay_s, stddev_s) in delays_s.items():
         if stddev_s < UNKNOWN_DELAY_S:
-            yield f"  tracker of {sensor}: delay {1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f} ms"
+            line = f"  tracker of {sensor}: delay {1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f} ms"
+            if sensor in pipeline.clocks:  # a delay and a clock's offset look alike
+                offset_s = pipeline.clocks[sensor].offset_ns / NS_PER_S
+                by_stamps = f"{round(1e3 * (delay_s + offset_s))} ms by its own stamps"
+                line += f" after the correction of its clock, {by_stamps}"
+            yield line
         else:
             yield f"  tracker of {sensor}: delay not known, too little motion with IMUs at the end"
     if late_s := pipeline.subject.imus_late_s:
