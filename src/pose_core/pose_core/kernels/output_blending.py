@@ -43,6 +43,7 @@ LONGEST_GAP_S = 0.5  # [s] after a longer silence the output continues from rest
 AFTER_GAP_S = 0.01  # [s] taken as elapsed in that case
 SLOW_S = 2.0  # [s] at the start and after a silence, differences are reduced slowly
 MOVED_M = 0.3  # [m] by which a person has moved who is seen again elsewhere
+RETURNING_S = 0.2  # [s] after the first frame of them, while the filter moves there
 UNSEEN_SPEED = 0.7  # [m/s] of an unseen person along each horizontal axis (standard deviation)
 
 
@@ -58,6 +59,7 @@ class Blending(NamedTuple):
     joint_velocity: FloatArray  # (joints, 3) [m/s] likewise
     slow_s: FloatArray  # (1,) [s] for which differences are still reduced slowly
     unseen_s: FloatArray  # (1,) [s] for which no camera has seen the person
+    returning_s: FloatArray  # (1,) [s] for which a person counts as just seen again
 
 
 def make_blending(size: int) -> Blending:
@@ -71,6 +73,7 @@ def make_blending(size: int) -> Blending:
         np.zeros((len(JOINTS), 3)),
         np.zeros((len(JOINTS), 3)),
         np.full(1, SLOW_S),
+        np.zeros(1),
         np.zeros(1),
     )
 
@@ -95,22 +98,27 @@ def elapsed_s(blending: Blending, stamp_ns: int) -> float:
 def skeleton_elapsed_s(blending: Blending, dof: DofEstimate, dt_s: float) -> float:
     """Time [s] since the last output of root and joints; 0 if they are placed anew.
 
-    They are where the cameras see the person again, far from the last output.
+    They are where the cameras see the person again, far from the last output. The filter may need
+    several frames until it is there.
 
     Args:
-        blending: The last output; the time for which nobody was seen is updated.
+        blending: The last output; the times since and after the person was unseen are updated.
         dof: The filter's estimate.
         dt_s: See :func:`elapsed_s`.
     """
-    unseen_s = blending.unseen_s[0]
     if dof.information[0, 0] <= 0.0:
         blending.unseen_s[0] += dt_s
         return dt_s
+    if blending.unseen_s[0] > LONGEST_GAP_S:
+        blending.returning_s[0] = RETURNING_S
     blending.unseen_s[0] = 0.0
+    if blending.returning_s[0] <= 0.0:
+        return dt_s
+    blending.returning_s[0] -= dt_s
     squared = 0.0
     for axis in range(3):
         squared += (dof.position[axis] - blending.position[axis]) ** 2
-    return 0.0 if unseen_s > LONGEST_GAP_S and squared > MOVED_M**2 else dt_s
+    return 0.0 if squared > MOVED_M**2 else dt_s
 
 
 @compiled_in_place
