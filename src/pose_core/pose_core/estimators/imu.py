@@ -20,6 +20,7 @@ class ImuEstimator(DefaultEstimator):
     """
 
     COUNTERS = (*DefaultEstimator.COUNTERS, "frames_of_cameras_unused")
+    ALIGNS_IMUS = False  # only by what its own start has seen
     _is_alone = False
 
     def update(self, observation: Observation) -> PublishedState | None:

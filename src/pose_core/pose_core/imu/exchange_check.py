@@ -30,7 +30,7 @@ DIRECTION_STDDEV = 0.12  # [rad] of a limb's direction by a camera
 TRUNK_STDDEV = 0.18  # [rad] of the trunk's, which is not rigid
 LATE_S = 0.1  # [s] in addition for each unit of the fastest sensor's rate
 INDEPENDENT_S = 0.8  # [s] correlation time of these errors
-EXCHANGE_GAIN = 20.0  # [-] g; 8.5 was the largest of 32 sessions without exchanged sensors
+EXCHANGE_GAIN = 30.0  # [-] g; 21 was the largest of sessions without exchanged sensors
 _TURNS = np.radians(np.arange(0.0, 360.0, 6.0))
 HEADINGS = np.stack([np.ones_like(_TURNS), np.cos(_TURNS), np.sin(_TURNS)], axis=1)
 

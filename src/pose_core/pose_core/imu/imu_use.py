@@ -60,7 +60,8 @@ class ImuUse:
             before = f"; before, it was {share}" if self.frames_used else ""
             return f"{self.segment}: not used, {self.reason}{before}"
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
-        anew = f"; aligned anew {self.contradictions} times: see its strap, and magnets"
+        times = "once" if self.contradictions == 1 else f"{self.contradictions} times"
+        anew = f"; aligned anew {times}: see its strap, and magnets"
         return (
             f"{self.segment}: {share}, tilt known to {tilt:.1f}°, turn to {turn:.1f}°, "
             f"heading to {heading:.1f}°" + (anew if self.contradictions else "")
