@@ -95,17 +95,17 @@ def first_pass(parameters: Parameters) -> Parameters | None:
 
 
 def run_first_pass(
-    samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
+    samples: Sequence[SkeletonSample | ImuSample | ImuBlock],
     extrinsics: Extrinsics,
     parameters: Parameters,
 ) -> tuple[Parameters, SensorsToSegments]:
-    """Run the :func:`first_pass` over one person's recording, if there is any.
+    """Run the :func:`first_pass` over one person's recording, if it has IMUs' samples to align.
 
     Returns:
         Parameters of the second pass, and the alignments at the recording's beginning.
     """
     before = first_pass(parameters)
-    if before is None:
+    if before is None or all(isinstance(each, SkeletonSample) for each in samples):
         return parameters, {}
     pipeline, history = Pipeline(before, extrinsics), AlignmentHistory()
     for sample in in_order(samples, extrinsics.clocks):
