@@ -147,6 +147,22 @@ def test_resting_feet_do_not_tilt_a_sensor_that_is_taken_as_level():
     assert abs(floor.height - 1.2) < 2.0 * floor.height_stddev
 
 
+def test_gross_errors_of_resting_feet_do_not_tilt_the_vertical():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0)
+    rng = np.random.default_rng(3)
+    feet_map = np.array([2.0, 0.0, 0.07]) + rng.normal(0.0, 0.01, (1000, 2, 3))
+    wrong = rng.permutation(1000)[:30]
+    off = rng.uniform(-0.7, 0.7, (30, 3))
+    off[:, 2] = 0.3 * off[:, 0] - np.abs(rng.normal(0.0, 0.05, 30))  # as if on a slope
+    feet_map[wrong, 0] += off
+    positions = np.full((1000, 15, 3), np.nan)
+    positions[:, FEET_JOINTS] = (feet_map - T[:3, 3]) @ T[:3, :3]
+    found = estimate_floor(positions)
+    assert up_error_deg(found.T_map_reference, T) < 0.5
+    assert found.up_stddev > np.radians(8.0)
+    assert abs(found.height - 1.2) < 2.0 * found.height_stddev
+
+
 def test_a_known_mounting_overrides_the_estimate():
     T = sensor_pose(0.0, 0.0, 1.2, 0.0, 10.0)
     known = KnownMounting(tilt=np.radians(14.0), height=2.0)

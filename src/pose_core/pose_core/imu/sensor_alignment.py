@@ -51,8 +51,9 @@ MOST_TILT_STDDEV = 0.26  # [rad] about the axes across the link
 JUDGED_S = 15.0  # [s] in view before a lack of fit or of lead is judged
 MOST_MISFIT = 1.1  # [-] above which the IMU's motion does not fit the link
 MOST_ARM_MISFIT = 3.0  # [-] the same for arms, where trackers have larger errors
-KNOWN_MISFIT = 3.0  # [-] times as much is allowed for a known mounting: links already steadied by
-# other IMUs are surer of an arm than its tracker is
+KNOWN_MISFIT = 3.0
+"""[-] times as much is allowed for a known mounting: a link that the other IMUs have steadied is
+stated to be surer than its tracker's errors let it be."""
 
 
 @dataclass(frozen=True, kw_only=True)

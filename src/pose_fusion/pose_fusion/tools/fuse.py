@@ -2,9 +2,8 @@
 
 import argparse
 import gc
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import chain
 from pathlib import Path
 
 from rich.console import Console
@@ -13,7 +12,6 @@ from rich.progress import Progress, TimeRemainingColumn
 from pose_calibration.imus.section import load_alignments_if_any
 from pose_core.api import (
     AlignmentHistory,
-    BodyShape,
     EstimateBlock,
     Extrinsics,
     PeoplePipeline,
@@ -37,6 +35,7 @@ from pose_fusion.conversions import (
     urdf_topic,
 )
 from pose_fusion.estimate_bytes import EstimateBytes
+from pose_fusion.fusion_lines import closing_lines
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_fusion.tools.compiling import prepare_visibly
@@ -48,17 +47,6 @@ from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, run_many
 from pose_node.plain_console import add_share, progress_bar, waiting_bar
-
-FAULTS = {
-    "frames_too_late": "  {} frames came too late and were not used: see the clocks of their "
-    "sensors",
-    "filter_restarts_backwards": "  the pose faced backwards until bent knees showed it, {} times: "
-    "see where a camera has the person's back and loses joints",
-    "filter_restarts_crossed": "  the pose's legs or arms were exchanged until all cameras "
-    "contradicted it, {} times: see where a tracker exchanges them",
-}
-"""Lines by the counter of a fault."""
-UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -145,17 +133,14 @@ class EstimateWriter:
 def make_pipeline(
     parameters: FusionNodeParameters,
     extrinsics: Extrinsics,
+    alignments: SensorsToSegments,
     outlet: Callable[[str, EstimateBlock], None],
-    console: Console,
 ) -> PeoplePipeline:
-    """The chain, with what the parameters' files say."""
+    """The chain, with the IMUs' known alignments and the body measures of the parameters' file."""
     pipeline = PeoplePipeline(parameters, outlet, extrinsics)
     if parameters.shape_file and Path(parameters.shape_file).exists():
         pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.subject.model))
-    name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
     pipeline.use_sensor_to_segment(alignments)
-    if alignments:
-        console.print(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
     return pipeline
 
 
@@ -188,19 +173,19 @@ def fuse(
         BagWriter(out_bag, storage) as writer,
         progress_bar(console, TimeRemainingColumn()) as progress,
     ):
-        alignments: SensorsToSegments = {}
+        name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
+        if alignments:
+            console.print(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
         before = first_pass(parameters) if imu_topics(bag) else None
         if before is not None:
-            aligning = make_pipeline(before, extrinsics, lambda *_: None, Console(quiet=True))
+            aligning = make_pipeline(before, extrinsics, alignments, lambda *_: None)
             history = AlignmentHistory()
             add_all(aligning, bag, progress, "aligning the IMUs", history)
-            alignments = history.initial(aligning.subject)
+            alignments = {**alignments, **history.initial(aligning.subject)}
             parameters = with_measured_delay(parameters, aligning.subject)
         pipeline = make_pipeline(
-            parameters, extrinsics, lambda body_id, block: output.write(body_id, block), console
+            parameters, extrinsics, alignments, lambda body_id, block: output.write(body_id, block)
         )
-        if alignments:
-            pipeline.use_sensor_to_segment(alignments)
         output = EstimateWriter(writer, pipeline)
         for line in add_all(pipeline, bag, progress, "fusing"):
             console.print(line, soft_wrap=True)
@@ -246,66 +231,6 @@ def add_all(
     return frames.left_out
 
 
-def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
-    """Who was there, whose pose was estimated; nothing where one person was alone."""
-    counts = pipeline.people_counts
-    appeared = counts["appeared"]
-    if appeared < 2:
-        return
-    for body_id, count in pipeline.estimates.items():
-        yield f"  {body_id}: {count} estimates"
-    others = counts["skeletons_of_others"]
-    rule = pipeline.parameters.person
-    if others:
-        yield (
-            f"  people: {appeared}; followed: {rule}; not used: {others} skeletons of others "
-            f"(--max-people {min(appeared, 6)}, or --person nearest, imus, a sensor's id)"
-        )
-
-
-def repeated_lines(pipeline: PeoplePipeline) -> Iterator[str]:
-    """Which cameras repeated one frame."""
-    for sensor, count in sorted(pipeline.repeated_frames.items()):
-        yield (
-            f"  {sensor}: {count} frames left out: its tracker repeats one frame exactly: "
-            "restart it before the next recording"
-        )
-
-
-def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
-    """What went wrong, and what was done about it."""
-    for name, line in FAULTS.items():
-        if counts.get(name, 0):
-            yield line.format(counts[name])
-
-
-def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
-    """How late each camera's tracker is; nothing without IMUs."""
-    delays_s = pipeline.subject.tracker_delays_s if pipeline.imu_samples else {}
-    for sensor, (delay_s, stddev_s) in delays_s.items():
-        if stddev_s < UNKNOWN_DELAY_S:
-            line = f"  tracker of {sensor}: delay {1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f} ms"
-            if sensor in pipeline.clocks:  # a delay and a clock's offset look alike
-                offset_s = pipeline.clocks[sensor].offset_ns / NS_PER_S
-                by_stamps = f"{round(1e3 * (delay_s + offset_s))} ms by its own stamps"
-                line += f" after the correction of its clock, {by_stamps}"
-            yield line
-        else:
-            yield f"  tracker of {sensor}: delay not known, too little motion with IMUs at the end"
-    if late_s := pipeline.subject.imus_late_s:
-        yield f"  IMUs: at the end, {1e3 * late_s:.0f} ms later than the frames: see their clocks"
-
-
-def body_lines(shape: BodyShape | None) -> Iterator[str]:
-    """Which joints could not be measured, so that they have an average body's proportions."""
-    if shape is not None and shape.assumed:
-        yield (
-            f"  body: {', '.join(shape.assumed)} not measured, since they, or the hips and neck "
-            "they are measured from, are hardly ever tracked: bone lengths of an average body of "
-            "this size; angles of what is not seen are what IMUs and posture tell"
-        )
-
-
 def run() -> int | None:
     """The tool; returns the exit status."""
     arguments = parse_arguments()
@@ -335,19 +260,8 @@ def run() -> int | None:
         f"{arguments.out_bag}: {sum(pipeline.estimates.values())} estimates from "
         f"{pipeline.skeletons} skeletons and {pipeline.imu_samples} IMU samples"
     )
-    subject = pipeline.subject
-    lines = (
-        (f"  {remark}" for remark in bag.remarks),
-        people_lines(pipeline),
-        repeated_lines(pipeline),
-        fault_lines(subject.counters.as_dict()),
-        body_lines(subject.shape),
-        delay_lines(pipeline),
-        (f"  IMU {segment}: not used, use_imus is false: set it to true" for segment in unread),
-        (f"  IMU {use}" for use in subject.imu_uses),
-    )
-    for line in chain.from_iterable(lines):
-        print(line)
+    for line in (*bag.remarks, *closing_lines(pipeline, unread)):
+        print(f"  {line}")
     return None
 
 

@@ -1,0 +1,93 @@
+"""Lines of text about a fusion, for the tool that runs one."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from pose_core.api import BodyShape, PeoplePipeline
+from pose_core.stamps import NS_PER_S
+
+FAULTS = {
+    "frames_too_late": "{} frames came too late and were not used: see the clocks of their sensors",
+    "filter_restarts_backwards": "the pose faced backwards until bent knees showed it, {} times: "
+    "see where a camera has the person's back and loses joints",
+    "filter_restarts_crossed": "the pose's legs or arms were exchanged until all cameras "
+    "contradicted it, {} times: see where a tracker exchanges them",
+}
+"""Lines by the counter of a fault."""
+UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
+
+
+def closing_lines(pipeline: PeoplePipeline, unread: Sequence[str]) -> Iterator[str]:
+    """What became of a recording's data.
+
+    Args:
+        pipeline: At the recording's end.
+        unread: Segments whose IMUs were not to be read.
+    """
+    subject = pipeline.subject
+    yield from people_lines(pipeline)
+    yield from repeated_lines(pipeline)
+    yield from fault_lines(subject.counters.as_dict())
+    yield from body_lines(subject.shape)
+    yield from delay_lines(pipeline)
+    yield from (f"IMU {name}: not used, use_imus is false: set it to true" for name in unread)
+    yield from (f"IMU {use}" for use in subject.imu_uses)
+
+
+def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
+    """Who was there, whose pose was estimated; nothing where one person was alone."""
+    counts = pipeline.people_counts
+    appeared = counts["appeared"]
+    if appeared < 2:
+        return
+    for body_id, count in pipeline.estimates.items():
+        yield f"{body_id}: {count} estimates"
+    others = counts["skeletons_of_others"]
+    rule = pipeline.parameters.person
+    if others:
+        yield (
+            f"people: {appeared}; followed: {rule}; not used: {others} skeletons of others "
+            f"(--max-people {min(appeared, 6)}, or --person nearest, imus, a sensor's id)"
+        )
+
+
+def repeated_lines(pipeline: PeoplePipeline) -> Iterator[str]:
+    """Which cameras repeated one frame."""
+    for sensor, count in sorted(pipeline.repeated_frames.items()):
+        yield (
+            f"{sensor}: {count} frames left out: its tracker repeats one frame exactly: "
+            "restart it before the next recording"
+        )
+
+
+def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
+    """What went wrong, and what was done about it."""
+    for name, line in FAULTS.items():
+        if counts.get(name, 0):
+            yield line.format(counts[name])
+
+
+def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
+    """How late each camera's tracker is; nothing without IMUs."""
+    delays_s = pipeline.subject.tracker_delays_s if pipeline.imu_samples else {}
+    for sensor, (delay_s, stddev_s) in delays_s.items():
+        if stddev_s < UNKNOWN_DELAY_S:
+            line = f"tracker of {sensor}: delay {1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f} ms"
+            if sensor in pipeline.clocks:  # a delay and a clock's offset look alike
+                offset_s = pipeline.clocks[sensor].offset_ns / NS_PER_S
+                by_stamps = f"{round(1e3 * (delay_s + offset_s))} ms by its own stamps"
+                line += f" after the correction of its clock, {by_stamps}"
+            yield line
+        else:
+            yield f"tracker of {sensor}: delay not known, too little motion with IMUs at the end"
+    if late_s := pipeline.subject.imus_late_s:
+        yield f"IMUs: at the end, {1e3 * late_s:.0f} ms later than the frames: see their clocks"
+
+
+def body_lines(shape: BodyShape | None) -> Iterator[str]:
+    """Which joints could not be measured, so that they have an average body's proportions."""
+    if shape is not None and shape.assumed:
+        yield (
+            f"body: {', '.join(shape.assumed)} not measured, since they, or the hips and neck "
+            "they are measured from, are hardly ever tracked: bone lengths of an average body of "
+            "this size; angles of what is not seen are what IMUs and posture tell"
+        )
