@@ -1,6 +1,6 @@
 """Lines of text about a fusion, for the tool that runs one."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 
 from pose_core.api import BodyShape, PeoplePipeline
 from pose_core.stamps import NS_PER_S
@@ -16,7 +16,7 @@ FAULTS = {
 UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
 
 
-def closing_lines(pipeline: PeoplePipeline, unread: Sequence[str]) -> Iterator[str]:
+def closing_lines(pipeline: PeoplePipeline, unread: Iterable[str]) -> Iterator[str]:
     """What became of a recording's data.
 
     Args:
