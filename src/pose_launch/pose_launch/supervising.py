@@ -137,25 +137,28 @@ class ProcessSupervisor:
                 return
             delay_s = back_off.delay_s(lived_s)
             self._say(
-                f"{process.name} has died ({_describe(code)}): starting it again in {delay_s:g} s"
+                f"{process.name} {_end_of(code)}: starting it again in {delay_s:g} s"
             )
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._stopping.wait(), delay_s)
 
     def _may_respawn(self, child: _Child, code: int, lived_s: float) -> bool:
-        """Whether to restart a process: not if it has finished, or failed at its start."""
-        if not child.description.respawn or code == 0 or self._stopping.is_set():
+        """Whether to restart a process: not a finished recording, or one that failed at its start.
+
+        As by ``ros2 launch``, others are restarted when they were told to end, too.
+        """
+        is_recording = child.description.name in self._recordings
+        if not child.description.respawn or self._stopping.is_set() or (code == 0 and is_recording):
             return False
-        has_started = child.starts > 1 or code < 0 or lived_s >= STARTING_S
+        has_started = child.starts > 1 or code <= 0 or lived_s >= STARTING_S
         return has_started or self._keep_going
 
     async def _note_end(self, child: _Child, code: int, lived_s: float) -> None:
         """Report the end of a process; stop the others if required."""
         process = child.description
         has_failed_to_start = code != 0 and lived_s < STARTING_S
-        how = "has finished" if code == 0 else f"has died ({_describe(code)})"
         why = f" at its start: {child.last_line}" if has_failed_to_start else ""
-        self._say(f"{process.name} {how}{why}")
+        self._say(f"{process.name} {_end_of(code)}{why}")
         if code != 0:
             child.failures.append(f"{process.name} ({_describe(code)})")
         if process.ends_graph:
@@ -284,6 +287,10 @@ def _hold_traceback(lines: list[bytes]) -> tuple[list[bytes], list[bytes]]:
 def _signal_group(group: int, number: int) -> None:
     with contextlib.suppress(ProcessLookupError):
         os.killpg(group, number)
+
+
+def _end_of(code: int) -> str:
+    return "has finished" if code == 0 else f"has died ({_describe(code)})"
 
 
 def _describe(code: int) -> str:

@@ -105,6 +105,40 @@ def test_a_source_of_implausible_stamps_is_rejected_and_reported(stamp_of, reaso
     assert feed(check, 3.0, lambda true_ns: true_ns, start_s=7.0)
 
 
+@pytest.mark.parametrize("held_s", [1.0, 4.0, 30.0])
+def test_samples_that_a_link_has_held_back_are_not_used_until_they_are_in_time(held_s):
+    check = StampCheck()
+    feed(check, 2.0, lambda true_ns: true_ns)
+    late = {"start_s": 2.0 + held_s}
+    assert not feed(check, 5.0, lambda true_ns: true_ns - round(held_s * S), **late)
+    assert f"{held_s:.1f} s behind" in check.set_aside["left"]
+    assert not check.offsets_s
+    used = feed(check, 1.0, lambda true_ns: true_ns, start_s=7.0 + held_s)
+    assert len(used) == 29
+    assert not check.set_aside
+
+
+def test_a_lag_that_grows_slowly_is_not_taken_for_a_clock():
+    check = StampCheck()
+    feed(check, 2.0, lambda true_ns: true_ns)
+    feed(check, 10.0, lambda true_ns: true_ns - (true_ns - START - 2 * S) // 2, start_s=2.0)
+    assert not feed(check, 3.0, lambda true_ns: true_ns - 5 * S, start_s=12.0)
+
+
+def test_two_clocks_that_jump_by_nearly_the_same_have_offsets_of_their_own():
+    check = StampCheck()
+    for sensor, leap_s in (("left", -3.0), ("right", -3.2)):
+        feed(check, 2.0, lambda true_ns: true_ns, sensor=sensor)
+        used = feed(
+            check,
+            3.0,
+            lambda true_ns, by_s=leap_s: true_ns + round(by_s * S),
+            start_s=2.0,
+            sensor=sensor,
+        )
+        assert max(map(abs, used.values())) < 20 * MS
+
+
 def test_a_single_wrong_stamp_is_rejected_alone():
     check = StampCheck()
     feed(check, 1.0, lambda true_ns: true_ns)

@@ -105,10 +105,21 @@ def test_a_camera_that_has_never_seen_the_subject_is_not_reported():
 
 def test_a_camera_with_wrong_names_is_reported_though_it_never_showed_the_subject():
     watch = CameraWatch(("left", "right"))
-    for _ in range(2):
-        assert not watch.faulty  # one frame in a check may be wrong
+    for shown in (1, 2):
+        assert not watch.missing  # one frame in a check may be wrong
         watch.note_fault("right", "its frame_id is 'map'")
-        watch.check({"left": 1})
-    assert watch.faulty == {"right": "its frame_id is 'map'"}
+        watch.note_trouble("right", "it sees nobody")
+        watch.check({"left": shown})
+    assert watch.missing == {"right": "its frame_id is 'map'"}
+
+
+def test_a_camera_that_never_showed_the_subject_is_reported_once_another_does():
+    watch = CameraWatch(("left", "right"))
+    for _ in range(3):
+        watch.check({})
+        assert not watch.missing
+    watch.check({"left": 1})
+    watch.check({"left": 2})
+    assert watch.missing == {"right": "it is silent: check its node and its cable"}
     watch.check({"left": 2})
     assert not watch.faulty

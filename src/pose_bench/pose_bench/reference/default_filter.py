@@ -24,6 +24,7 @@ from pose_bench.reference.default_measurements import (
     imu_groups,
     link_columns,
     posture_groups,
+    standing_foot_groups,
     view_of,
 )
 from pose_core.arrays import FloatArray
@@ -106,8 +107,12 @@ class ReferenceFilter:
         if len(imus.links) == 0:
             return information
         groups = list(imu_groups(self.constants.imu, self.state, imus))
+        if min(self.state.silent_s) > CAMERA_TIMEOUT_S:
+            groups += posture_groups(self.constants, self.state)
+            groups += standing_foot_groups(self.constants.camera.body, self.state)
         weights = robust_update(self.state, groups, self.constants.imu_update).weights
-        for group, weight in zip(groups[::2], weights[::2], strict=True):
+        orientations = slice(0, 2 * len(imus.links), 2)
+        for group, weight in zip(groups[orientations], weights[orientations], strict=True):
             information[group.source] += weight * np.linalg.inv(group.noise)
         return information
 

@@ -19,6 +19,7 @@ from pose_core.filter.occlusion import Capsules
 from pose_core.filter.posture import PostureConstants
 from pose_core.filter.sigma_points import ALPHA, BETA
 from pose_core.filter.state import FilterState
+from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_kinematics import BodyArrays
 
 FASTEST_LINK = 6.0  # [rad/s] above which noise is constant
@@ -248,6 +249,25 @@ def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[G
         bend = Rotation.from_matrix(rotations[parent].T @ rotations[link]).as_rotvec()
         for k, axis in enumerate(rotations[parent].T):
             yield turn(state, parent, link, axis, -bend[k], posture.spine_variance[k])
+
+
+def standing_foot_groups(body: BodyArrays, state: FilterState) -> Iterator[Group]:
+    """The root's velocity by each foot, as if it stood."""
+    feet = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
+    carriers = [np.flatnonzero(np.any(body.offsets[foot] != 0.0, axis=1)) for foot in feet]
+    if not all(state.has_imu[links[1:]].all() for links in carriers):
+        return
+    levers = levers_of(body, state.pose.rotations, state.pose.slides)
+    heights = levers[feet].sum(axis=1)[:, 2]
+    for foot, links, height in zip(feet, carriers, heights, strict=True):
+        arms = levers[foot].copy()
+        arms[links[-1]] *= 1.2
+        H = np.zeros((3, len(state.P)))
+        velocity = columns(state)[1]
+        H[:, velocity : velocity + 3] = np.eye(3)
+        foot_velocity = state.pose.velocity + np.cross(state.pose.rates, arms).sum(axis=0)
+        stddev = 0.1 + 8.0 * (height - min(heights))
+        yield Group(H=H, residual=-foot_velocity, noise=stddev**2 * np.eye(3), student_dof=1.0)
 
 
 def hinges(posture: PostureConstants) -> Iterator[tuple[int, int, float]]:

@@ -9,7 +9,8 @@ fewer false alarms.
 
 Once the views have agreed, only instants at which they are of one person count: near one another,
 their postures agree; farther apart, no sensor's id of the person is a new one, or they have been
-apart for half a minute.
+apart for half a minute. Trackers err differently for another person: after an absence, or with a
+new id, only larger steps are reported until there is a baseline of this person.
 """
 
 from collections import deque
@@ -30,6 +31,8 @@ LEAST_BASELINE = 12  # [-] before anything is reported
 NEWEST_BLOCKS = 4  # [-] that must agree
 LEAST_SHARE = 0.5  # [-] of their mean step, required of every one
 MOVED_M = 0.012  # [m] smallest mean step that is reported: 2 cm, less its noise
+MOVED_SINCE_M = 0.03  # [m] the same, compared with a baseline that may be of another person
+ABSENT_NS = 2 * NS_PER_S  # [ns] after which somebody in view may be another person
 DEVIATIONS = 6.0  # [-] smallest step in standard deviations of earlier means
 WRONG_M = 0.08  # [m] displacement of a whole baseline: the calibration was wrong from the start
 AGREES = 0.5  # [-] of the smallest step that is reported, below which the views agree again
@@ -62,6 +65,7 @@ class Watchdog:
         self._block_end_ns: int | None = None
         self._blocks: deque[FloatArray] = deque(maxlen=BASELINE_BLOCKS + NEWEST_BLOCKS)
         self._before: list[FloatArray] = []  # blocks before the motion
+        self._own_blocks = 0  # newest blocks, which are of the same person
         self._persons: dict[str, str] = {}  # each sensor's id when the views were last near
         self._near_ns = 0  # [ns] and when
 
@@ -78,12 +82,15 @@ class Watchdog:
         end_ns = self._block_end_ns
         if end_ns is None or not -BLOCK_NS <= frame.stamp_ns - end_ns < BLOCK_NS:
             self._frames.clear()  # the first frame, or after a pause
+            if end_ns is not None and abs(frame.stamp_ns - end_ns) > ABSENT_NS:
+                self._own_blocks = 0
             end_ns = frame.stamp_ns + BLOCK_NS
         noticed = None
         if frame.stamp_ns >= end_ns:
             end_ns += BLOCK_NS
             if len(self._frames) >= LEAST_FRAMES:
                 self._blocks.append(nan_median(np.stack(self._frames)))
+                self._own_blocks += 1
                 noticed = self._compare()
             self._frames.clear()
         self._block_end_ns = end_ns
@@ -111,6 +118,8 @@ class Watchdog:
         if np.nanmax(np.linalg.norm(displacement, axis=1)) < NEAR_M:
             if np.nanmax(posture) > POSTURE_M:
                 return not self._persons
+            if any(self._persons.get(name, person) != person for name, person in persons.items()):
+                self._own_blocks = 0
             self._persons.update(persons)
             self._near_ns = frame.stamp_ns
         is_long_apart = frame.stamp_ns - self._near_ns > APART_NS
@@ -124,15 +133,19 @@ class Watchdog:
         before = self._before or before
         if len(before) < LEAST_BASELINE:
             return None
-        known, self.moved = self.moved, self._judge(np.stack(before), np.stack(newest))
+        is_own = self._own_blocks >= LEAST_BASELINE + NEWEST_BLOCKS
+        least = MOVED_M if is_own else MOVED_SINCE_M
+        known, self.moved = self.moved, self._judge(np.stack(before), np.stack(newest), least)
         self._before = before if self.moved else []
         if known and not self.moved:
             self._blocks = deque([*before, *newest], self._blocks.maxlen)
+        elif self._own_blocks == LEAST_BASELINE + NEWEST_BLOCKS and not self.moved:
+            self._blocks = deque([*before, *newest][-self._own_blocks :], self._blocks.maxlen)
         return None if known else self.moved
 
-    def _judge(self, before: FloatArray, newest: FloatArray) -> Moved | None:
+    def _judge(self, before: FloatArray, newest: FloatArray, least: float) -> Moved | None:
         baseline = nan_median(before)
-        threshold = np.maximum(MOVED_M, DEVIATIONS * _scatter_of_means(before, baseline))
+        threshold = np.maximum(least, DEVIATIONS * _scatter_of_means(before, baseline))
         wrong = np.maximum(WRONG_M, threshold)
         is_wrong = np.linalg.norm(baseline, axis=1) > wrong
         steps = newest - np.where(is_wrong[:, None], 0.0, baseline)

@@ -15,8 +15,8 @@ WARM_UP_NS = 30 * NS_PER_S  # time that the other IMUs have after the first one 
 class ImuEstimator(DefaultEstimator):
     """The default estimator, which ignores the cameras once its IMUs are aligned.
 
-    From then on headings drift, and the root position stays constant. There is no pose before an
-    IMU is aligned.
+    From then on headings drift. The root moves with the standing foot if both legs have IMUs, and
+    stays where it is otherwise. There is no pose before an IMU is aligned.
     """
 
     COUNTERS = (*DefaultEstimator.COUNTERS, "frames_of_cameras_unused")

@@ -17,6 +17,7 @@ from pose_core.imu.exchange_check import ExchangeCheck
 from pose_core.imu.heading_walk import SOUND
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
+from pose_core.imu.sensor_alignment import Alignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.slip_check import SlipCheck
 from pose_core.stamps import NS_PER_S
@@ -26,6 +27,9 @@ CONTRADICTED_S = 0.5  # [s] of contradiction by the cameras after which an IMU i
 LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
+RESTRAPPED_NS = 2 * NS_PER_S  # [ns] over a longer one, it may have been strapped on anew
+STRAP_WALK = np.radians(3.0)  # [rad/s] of the mounting in such a gap
+LARGEST_STRAP_WALK = np.radians(12.0)  # [rad]
 LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
 COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
 SYSTEMATIC_STDDEV = np.radians([3.3, 3.3, 3.5, 3.0])
@@ -113,9 +117,9 @@ class ImuAlignments:
                 walk = WALK_SHARE * (imus.heading_walks[worn.use.segment] - SOUND)
                 heading = state.imu_column[worn.link] + 3
                 state.P[heading, heading] += walk**2 * max(gap_ns, 0) / NS_PER_S
-            if gap_ns > LONGEST_GAP_NS and not worn.knows_north:
+            if gap_ns > RESTRAPPED_NS or (gap_ns > LONGEST_GAP_NS and not worn.knows_north):
                 if worn.use.is_aligned:
-                    worn.former_alignment = self._alignment_of(worn, state)
+                    worn.former_alignment = _after_gap(self._alignment_of(worn, state), gap_ns)
                 self._set_aside(worn, state)
 
     def frame(self, imus: ImuMeasurements) -> ImuFrame:
@@ -166,6 +170,7 @@ class ImuAlignments:
             if worn.use.is_aligned:
                 if self._is_contradicted(worn, state):
                     self._forget(worn, state)
+                    self._put_back(worn, state)
                 continue
             if stamp_ns < worn.slipping_until_ns:
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
@@ -202,14 +207,7 @@ class ImuAlignments:
                 self._forget(worn, state)
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
             if not worn.use.is_aligned:
-                known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
-                found = worn.alignment.solve(known, self._north(worn, state))
-                worn.use.does_not_fit = worn.alignment.does_not_fit
-                if (
-                    worn.use.does_not_fit and known is not None
-                ):  # it has been strapped on anew since
-                    worn.use.contradictions += 1
-                    self._forget_known(worn)
+                found = self._aligned(worn, state)
                 if found is None:
                     continue
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
@@ -219,6 +217,20 @@ class ImuAlignments:
             filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
             worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)
         return state
+
+    def _aligned(self, worn: WornImu, state: FilterState) -> Alignment | None:
+        """The alignment of an IMU, with what is known of its mounting, or without if that fails."""
+        known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
+        north = self._north(worn, state)
+        found = worn.alignment.solve(known, north)
+        worn.use.does_not_fit = worn.alignment.does_not_fit
+        if known is None or found is not None:
+            return found
+        anew = None if worn.former_alignment is None else worn.alignment.solve(None, north)
+        if anew is not None or worn.use.does_not_fit:  # it has been strapped on anew since
+            worn.use.contradictions += 1
+            self._forget_known(worn)
+        return anew
 
     @staticmethod
     def _has_slipped(worn: WornImu, imus: ImuMeasurements) -> bool:
@@ -231,6 +243,19 @@ class ImuAlignments:
         self._forget_known(worn)
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
+
+    def _put_back(self, worn: WornImu, state: FilterState) -> None:
+        """Take two exchanged IMUs to be on their own segments again, if both are contradicted."""
+        other = self._imus.worn_by_name(worn.worn_on)
+        if other is None or other.worn_on != worn.use.segment or other is worn:
+            return
+        if other.use.is_aligned and state.contradicted_s[other.link] < 0.5 * CONTRADICTED_S:
+            return
+        for each in (worn, other):
+            self._set_aside(each, state)
+            self._forget_known(each)
+            self._imus.wear(each.use.segment, each.use.segment)
+        self._exchanges = ExchangeCheck()  # its sums are of the former segments
 
     def _forget_known(self, worn: WornImu) -> None:
         """Discard what is known of an IMU's mounting before it is aligned."""
@@ -289,3 +314,9 @@ class ImuAlignments:
             residual=float("nan"),
             worn_on=worn.use.worn_on,
         )
+
+
+def _after_gap(alignment: SensorToSegment, gap_ns: int) -> SensorToSegment:
+    """An alignment after a gap, in which the sensor may have been moved."""
+    moved = min(STRAP_WALK * gap_ns / NS_PER_S, LARGEST_STRAP_WALK)
+    return replace(alignment, stddev=np.hypot(alignment.stddev, moved))

@@ -16,7 +16,8 @@ from pose_core.filter.layout import rotation_column
 from pose_core.filter.posture import add_posture_rows, most_posture_rows, turn_back
 from pose_core.filter.rows import Rows, make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
-from pose_core.filter.state import FilterState
+from pose_core.filter.standing_foot import add_standing_foot_rows
+from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.tracker_errors import LONGEST_GAP_S, update_tracker_errors
 from pose_core.filter.update import robust_update
 from pose_core.kernels.compiling import compiled, compiled_in_place
@@ -44,6 +45,8 @@ def update_with_imus(
 ) -> bool:
     """Measurement update with the aligned IMUs; returns whether the result is finite.
 
+    While no camera sends, posture prior and standing feet are part of it.
+
     Args:
         constants: The filter's constants.
         state: Prior state; becomes the posterior.
@@ -56,8 +59,12 @@ def update_with_imus(
     count = len(imus.links)
     if count == 0:
         return True
-    rows = make_rows(6 * count, 2 * count, len(state.P))
+    others = most_posture_rows(constants.posture) + 6
+    rows = make_rows(6 * count + others, 2 * count + others, len(state.P))
     add_imu_rows(constants.imu, state, imus, rows)
+    if min(state.silent_s) > CAMERA_TIMEOUT_S:
+        add_posture_rows(constants.posture, state.pose.rotations, rows)
+        add_standing_foot_rows(constants.camera.body, state, rows)
     update = robust_update(constants.imu_update, state, rows)
     if not update.is_finite:
         return False

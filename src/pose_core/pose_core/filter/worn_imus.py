@@ -60,6 +60,10 @@ class WornImus:
             self._with_link[segments] = found
         return found
 
+    def worn_by_name(self, segment: str) -> WornImu | None:
+        """The IMU that is named after a segment; None if it has had no samples."""
+        return self._imus.get(segment)
+
     def worn_on(self, segments: Sequence[str]) -> tuple[str, ...]:
         """The segments on which the IMUs of these names are worn."""
         return tuple(self._exchanged.get(name, name) for name in segments)

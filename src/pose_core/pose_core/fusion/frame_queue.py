@@ -11,6 +11,7 @@ from pose_core.streams.samples import SkeletonSample
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 
 SILENT_NS = NS_PER_S // 20  # least silence of the cameras after which the IMUs give frames
+STEP_NS = NS_PER_S // 50  # between frames with only IMUs
 LONGEST_SILENT_NS = 3 * NS_PER_S // 20  # the same of slow cameras, at most
 LONGEST_LAG_NS = NS_PER_S // 2  # bound of the cameras' usual lag behind the IMUs
 LAGS = 9  # [frames] over which lags and intervals are remembered
@@ -43,13 +44,13 @@ class CameraLag:
         )
         return max(
             self._newest_seen_ns + self._usual_lag_ns() + silent_ns,
-            self._newest_frame_ns + SILENT_NS,
+            self._newest_frame_ns + STEP_NS,
         )
 
     def instants(self, stamp_ns: int) -> tuple[int, ...]:
         """Instants of frames with only IMUs, from the end of the cameras' lag to ``stamp_ns``."""
-        first_ns = max(self._newest_frame_ns + SILENT_NS, stamp_ns - self._usual_lag_ns())
-        return (*range(first_ns, stamp_ns - SILENT_NS // 2, SILENT_NS), stamp_ns)
+        first_ns = max(self._newest_frame_ns + STEP_NS, stamp_ns - self._usual_lag_ns())
+        return (*range(first_ns, stamp_ns - STEP_NS // 2, STEP_NS), stamp_ns)
 
     def _usual_lag_ns(self) -> int:
         return min(*self._lags_ns, LONGEST_LAG_NS) if self._lags_ns else 0

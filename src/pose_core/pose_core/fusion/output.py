@@ -4,7 +4,7 @@ import numpy as np
 
 from pose_core.body.kinematics import model_arrays
 from pose_core.body.model import ROOT_DOF, BodyModel
-from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.segment_tree import SegmentTree, without_side
 from pose_core.body.shape import BodyShape
 from pose_core.estimates.body_estimates import EstimateBlock
 from pose_core.estimates.poses import StateBlock
@@ -38,6 +38,13 @@ class StateOutput:
             model=model_arrays(model, shape.offsets),
             limits=np.concatenate([no_limits, np.asarray(model.limits, float)]),
             hinges=SegmentTree(model, shape).hinges,
+            legs=np.array(
+                [
+                    index
+                    for name, index in model.dof_index.items()
+                    if without_side(model.link_of_dof.get(name, "")) in ("thigh", "shank")
+                ]
+            ),
             variance_calibration=coefficients_of(model, calibrations),
         )
         self._output_states = type_specialised(output_states)

@@ -14,6 +14,7 @@ from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.output_blending import (
     BLEND_OF_PREDICTION,
     BLEND_S,
+    CARRIED_SPEED,
     LONGEST_GAP_S,
     UNSEEN_SPEED,
     Blending,
@@ -35,6 +36,7 @@ class OutputBody(NamedTuple):
     model: ModelArrays
     limits: FloatArray  # (d, 2) [rad] of the degrees of freedom; infinite for the root
     hinges: Hinges
+    legs: NDArray[np.int64]  # degrees of freedom of hips and knees
     variance_calibration: FloatArray  # see :func:`published_variance`
 
 
@@ -155,7 +157,8 @@ def blend(
     """
     dof.blended[:] = 0.0
     blend_root(root_dt_s, root_blend_s, R_map_root, blending, dof)
-    walked = UNSEEN_SPEED * max(blending.unseen_s[0] - LONGEST_GAP_S, 0.0)
+    speed = CARRIED_SPEED if np.all(dof.information[1, body.legs] > 0.0) else UNSEEN_SPEED
+    walked = speed * max(blending.unseen_s[0] - LONGEST_GAP_S, 0.0)
     for axis in range(2):
         dof.blended[axis] += walked**2
     is_known[:ROOT_DOF] = True

@@ -3,8 +3,9 @@
 A stamp is the time of capture. It cannot be later than the arrival or much earlier, and it cannot
 decrease. A source that violates this is excluded. If its clock has jumped and then runs steadily
 for a second, the source is used again with the new clock offset, so that only its usual lag
-remains. A source with a lag that a slow network may cause stays excluded, because its samples may
-really be that old.
+remains. A source whose samples may really be that old stays excluded: with a lag that a slow
+network may cause, or with stamps that have gone on without a step while the lag grew, since the
+link has held the samples back.
 """
 
 from collections.abc import Mapping
@@ -25,7 +26,8 @@ LARGEST_OFFSET_NS = 5 * NS_PER_S  # [ns] of clocks, by which stamps of zero are 
 ZERO = "stamps are zero: set header.stamp to the time of capture"
 STEADY_NS = NS_PER_S  # [ns] for which a clock must run steadily after a jump
 STEADY_SPREAD_NS = NS_PER_S // 10  # [ns] variation of its lag meanwhile
-SAME_OFFSET_NS = NS_PER_S // 4  # [ns] within which two sources' offsets are taken as one clock's
+SAME_OFFSET_NS = NS_PER_S // 10  # [ns] within which two sources' offsets are taken as one clock's
+LONGEST_PERIOD_NS = NS_PER_S // 2  # [ns] between samples; a larger step of stamps is a clock's
 FEWEST = 8  # [samples] required of a steady clock
 TOLERATED = 3  # [samples] that may be wrong, or repeat a stamp, before the source is excluded
 FORGIVEN = 0.5  # [samples] less for each good one: of two alternating clocks, half are wrong
@@ -56,6 +58,8 @@ class _Source:
     offset_ns: int = 0  # added to its stamps besides
     usual_lag_ns: float = USUAL_LAG_NS
     last_ns: int | None = None  # newest used stamp, with the offset
+    newest_ns: int | None = None  # newest stamp of all, uncorrected
+    has_stepped: bool = True  # whether the stamps since the last used one have a step
     tokens: float = 0.0  # [samples] that may arrive at once
     wrong: float = 0.0  # [samples] that were wrong, reduced by good ones
     repeated: int = 0  # [samples] in a row with the same stamp
@@ -128,6 +132,9 @@ class StampCheck:
     def _judge(self, source: _Source, stamp_ns: int, arrival_ns: int) -> bool:
         stamp = stamp_ns + source.offset_ns
         lag_ns = arrival_ns - stamp
+        step_ns = stamp_ns - (source.newest_ns or 0)
+        source.has_stepped |= not 0 <= step_ns <= LONGEST_PERIOD_NS
+        source.newest_ns = stamp_ns
         fault = self._fault(source, stamp, lag_ns)
         if fault == "stamps_repeated" and not source.reason and source.repeated < TOLERATED:
             source.repeated += 1
@@ -140,7 +147,7 @@ class StampCheck:
         if fault or source.reason:
             self._note_fault(source, fault, lag_ns, stamp_ns)
             return self._try_again(source, stamp_ns, arrival_ns)
-        source.repeated = 0
+        source.repeated, source.has_stepped = 0, False
         source.trial_stamp_ns = None
         elapsed_s = 0.0 if source.last_ns is None else (stamp - source.last_ns) / NS_PER_S
         source.tokens = min(source.tokens + elapsed_s * source.rate, source.rate * BURST_S)
@@ -174,6 +181,8 @@ class StampCheck:
             "stamps_repeated": "stamps stand still",
             "stamps_backwards": "stamps run backwards",
         }
+        if source.offset_ns and fault in ("stamps_ahead", "stamps_too_old"):
+            text[fault] = f"clock has jumped again, by {abs(lag_ns) / NS_PER_S:.1f} s"
         is_zero = fault == "stamps_too_old" and abs(stamp_ns) < LARGEST_OFFSET_NS
         source.reason = ZERO if is_zero else text[fault]
         source.is_behind &= fault == "stamps_too_old"
@@ -196,7 +205,12 @@ class StampCheck:
         if arrival_ns - source.trial_since_ns < STEADY_NS or len(lags_ns) < FEWEST:
             return False
         least_ns = min(lags_ns)
-        if source.largest_lag_ns < least_ns <= SLOWEST_NS:
+        corrected_ns = least_ns - source.offset_ns
+        may_be_slow = any(
+            source.largest_lag_ns < each <= SLOWEST_NS for each in (least_ns, corrected_ns)
+        )
+        is_held_back = corrected_ns > source.largest_lag_ns and not source.has_stepped
+        if may_be_slow or is_held_back:
             del lags_ns[: len(lags_ns) // 2]
             return False
         self._readmit(source, least_ns)
@@ -209,7 +223,8 @@ class StampCheck:
         else:
             offset_ns = least_lag_ns - round(source.usual_lag_ns)
             for other in self._sources.values():
-                if other.offset_ns and abs(other.offset_ns - offset_ns) < SAME_OFFSET_NS:
+                is_same = other.offset_ns and abs(other.offset_ns - offset_ns) < SAME_OFFSET_NS
+                if is_same and 0 <= least_lag_ns - other.offset_ns <= source.largest_lag_ns:
                     offset_ns = other.offset_ns
         self.counters.add("clocks_taken_in_again")
         source.offset_ns, source.reason = offset_ns, ""
@@ -228,3 +243,4 @@ def _follow_clock(source: _Source, clock_ns: int) -> None:
     is_corrected = source.offset_ns == 0 or abs(left_ns) <= LARGEST_LEAD_NS
     source.offset_ns = 0 if is_corrected else left_ns
     source.last_ns, source.wrong, source.trial_stamp_ns = None, 0.0, None
+    source.newest_ns, source.has_stepped = None, True

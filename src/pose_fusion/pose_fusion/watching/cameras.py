@@ -66,7 +66,7 @@ class CameraWatch:
             count = shown.get(sensor, 0)
             camera.missed = 0 if count != camera.shown else camera.missed + 1
             camera.shown = count
-            if camera.missed >= MISSED_CHECKS and count > 0:
+            if camera.missed >= MISSED_CHECKS and any(shown.values()):
                 why = camera.fault or camera.trouble if camera.frames else SILENT
                 self.missing[sensor] = UNDECIDED if is_undecided and why == ELSEWHERE else why
             elif camera.fault and camera.fault == camera.fault_before:
