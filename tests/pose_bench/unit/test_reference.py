@@ -10,8 +10,9 @@ from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree, without_side
 from pose_core.body.shape import shape_of
-from pose_core.filter.camera import CameraFrame, add_camera_rows, predict_view
+from pose_core.filter.camera import add_camera_rows, predict_view
 from pose_core.filter.constants import make_constants
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import NO_IMUS, ImuFrame, add_imu_rows
 from pose_core.filter.interpolated import interpolate_published
 from pose_core.filter.layout import make_layout

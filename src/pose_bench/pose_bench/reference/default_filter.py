@@ -26,8 +26,8 @@ from pose_bench.reference.default_measurements import (
     posture_groups,
     view_of,
 )
+from pose_core.filter.frame import CameraFrame
 from pose_core.arrays import FloatArray
-from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuFrame
 from pose_core.filter.posture import OPPOSITE

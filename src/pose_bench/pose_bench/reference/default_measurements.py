@@ -12,8 +12,9 @@ from filterpy.kalman import MerweScaledSigmaPoints
 from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
-from pose_core.filter.camera import CameraConstants, CameraFrame
+from pose_core.filter.camera import CameraConstants
 from pose_core.filter.constants import FilterConstants
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import ImuConstants, ImuFrame
 from pose_core.filter.occlusion import Capsules
 from pose_core.filter.posture import PostureConstants

@@ -9,8 +9,8 @@ from pose_core.body.model import BodyModel
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
-from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import make_constants
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.interpolated import interpolate_published
 from pose_core.filter.layout import make_layout

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.body.trunk import trunk_axes
-from pose_core.filter.camera import CameraFrame
+from pose_core.filter.frame import CameraFrame
 from pose_core.joints import LEGS, TrackingState
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 
