@@ -23,6 +23,7 @@ import numpy as np
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, FloorEstimate, rigid_transform
+from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS
 
@@ -135,7 +136,7 @@ def _upright_directions(positions: FloatArray) -> FloatArray:
     upside_down = upright & (tilt > np.pi - MAX_TILT)
     upright &= tilt < MAX_TILT
     axis = axis[upside_down if upside_down.sum() > upright.sum() else upright]
-    return axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    return unit_vectors(axis)
 
 
 def _angle(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
 from pose_calibration.clocks.motion_track import SLOW_S, Track, without_slow
 from pose_core.api import FloatArray, ImuBlock
+from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck
 from pose_core.imu.burst_stamps import BurstStamps
@@ -220,10 +221,8 @@ def _limb(
     grid = np.arange(track.stamps[0], track.stamps[-1], 1.0 / GRID_RATE)
     joints = track.at(grid)
     bone = joints[:, end] - joints[:, start]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        direction = bone / np.linalg.norm(bone, axis=1, keepdims=True)
-        sight = joints[:, end] / np.linalg.norm(joints[:, end], axis=1, keepdims=True)
-    pointing = np.abs((direction * sight).sum(axis=1))
+    direction = unit_vectors(bone)
+    pointing = np.abs((direction * unit_vectors(joints[:, end])).sum(axis=1))
     inclination = np.where(pointing < MOST_POINTING, direction @ view.up, np.nan)
     margin = np.arange(-reach, 0) / GRID_RATE
     wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
