@@ -63,10 +63,8 @@ def knees_forwards(
     """
     count = 0
     for hip, knee, foot in LEGS:
-        if (
-            tracking_state[hip] + tracking_state[knee] + tracking_state[foot]
-            < 3 * TrackingState.TRACKED
-        ):
+        least = min(tracking_state[hip], tracking_state[knee], tracking_state[foot])
+        if least < TrackingState.TRACKED:
             continue
         along = squared = 0.0
         for axis in range(3):

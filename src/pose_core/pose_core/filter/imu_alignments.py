@@ -205,9 +205,7 @@ class ImuAlignments:
                 known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
                 found = worn.alignment.solve(known, self._north(worn, state))
                 worn.use.does_not_fit = worn.alignment.does_not_fit
-                if (
-                    worn.use.does_not_fit and known is not None
-                ):  # it has been strapped on anew since
+                if worn.use.does_not_fit and known is not None:  # strapped on anew since
                     worn.use.contradictions += 1
                     self._forget_known(worn)
                 if found is None:
