@@ -1,6 +1,5 @@
 """The array type of all continuous quantities, tables of arrays, and directions."""
 
-from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,11 +9,18 @@ FloatArray = NDArray[np.float64]
 Table = TypeVar("Table", bound=Any)
 
 
-def rows_of(table: Table, chosen: int | slice | NDArray[Any]) -> Table:
+def fields_at(table: Any, chosen: int | slice | NDArray[Any]) -> dict[str, Any]:
+    """Fields of a dataclass by name, of those that are arrays some rows only."""
+    return {
+        name: value[chosen] if isinstance(value, np.ndarray) else value
+        for name, value in vars(table).items()
+    }
+
+
+def rows_of(table: Table, chosen: slice | NDArray[Any]) -> Table:
     """Some rows of a dataclass whose arrays all have n rows."""
-    columns = {name: each for name, each in vars(table).items() if isinstance(each, np.ndarray)}
-    chosen_rows: Table = replace(table, **{name: each[chosen] for name, each in columns.items()})
-    return chosen_rows
+    rows: Table = type(table)(**fields_at(table, chosen))
+    return rows
 
 
 def unit_vectors(vectors: FloatArray) -> FloatArray:

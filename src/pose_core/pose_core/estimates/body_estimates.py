@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray, rows_of
+from pose_core.arrays import FloatArray, fields_at, rows_of
 
 
 class Source(IntEnum):
@@ -61,7 +61,7 @@ class EstimateBlock(_EstimateFields):
 
     def __getitem__(self, row: int) -> BodyEstimate:
         """One estimate; its arrays are views of the block's."""
-        fields = dict(vars(rows_of(self, row)))
+        fields = fields_at(self, row)
         stamp_ns, newest_ns = int(fields.pop("stamps_ns")), int(fields.pop("newest_ns"))
         return BodyEstimate(stamp_ns=stamp_ns, newest_ns=newest_ns, **fields)
 
