@@ -227,19 +227,34 @@ def _limb(
     margin = np.arange(-reach, 0) / GRID_RATE
     wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
     up = vertical.at(wide)
-    is_seen, is_up_known = np.isfinite(inclination), are_known(up)
+    is_seen = np.isfinite(inclination)
     fast_inclination = _without_slow(inclination[:, None], is_seen)[:, 0]
-    fast_up = _without_slow(up, is_up_known)
     if is_seen.sum() < LEAST_S * GRID_RATE or fast_inclination[is_seen].std() < LEAST_SWING:
         return None
+    return _misfits(fast_inclination, is_seen, up, reach)
+
+
+def _misfits(
+    inclination: FloatArray, is_seen: NDArray[np.bool_], up: FloatArray, reach: int
+) -> _LimbMisfit | None:
+    """How well an axis of the sensor explains a limb's inclination, at every shift.
+
+    Args:
+        inclination: Its high-pass, (n,) [-].
+        is_seen: Where it is known, (n,).
+        up: The vertical in the sensor's axes, (n + 2 reach, 3); NaN where unknown.
+        reach: Largest shift [samples].
+    """
+    is_up_known = are_known(up)
+    fast_up = _without_slow(up, is_up_known)
     misfit = np.empty(2 * reach + 1)
     energy = 0.0
     for shift in range(2 * reach + 1):
-        at = slice(shift, shift + len(grid))
+        at = slice(shift, shift + len(inclination))
         both = is_seen & is_up_known[at]
         if both.sum() < LEAST_S * GRID_RATE:
             return None
-        g, c = fast_up[at][both], fast_inclination[both]
+        g, c = fast_up[at][both], inclination[both]
         normal = g.T @ g + 1e-9 * np.eye(3)
         axis = np.linalg.solve(normal, g.T @ c)
         misfit[shift] = max(float(np.mean((c - g @ axis) ** 2)), 1e-12)
