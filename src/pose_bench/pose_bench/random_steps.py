@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from pose_bench.speed import Scene, aligned_filter, camera_place
 from pose_core.arrays import FloatArray
 from pose_core.body.model import load_body_model
-from pose_core.filter.camera import CameraFrame
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import ImuFrame
 from pose_core.filter.motion import predict
 from pose_core.filter.state import FilterState, with_imu

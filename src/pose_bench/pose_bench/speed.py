@@ -27,8 +27,8 @@ from pose_core.body.shape import BodyShape, shape_of
 from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimators.parameters import PipelineParameters
-from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants, make_constants
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import ImuFrame
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict

@@ -26,7 +26,7 @@ neither numba nor scipy, so that small processes start fast. Everything else may
 from pose_core.arrays import FloatArray
 from pose_core.body.frames import BodyFrames
 from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwrapped, wrapped
-from pose_core.body.kinematics import BodyPose, ForwardKinematics
+from pose_core.body.kinematics import BodyPose, ForwardKinematics, skew
 from pose_core.body.model import ROOT_DOF, BodyModel, Dof, Link, available_models, load_body_model
 from pose_core.body.shape import (
     BodyShape,
@@ -206,6 +206,7 @@ __all__ = [
     "series_from_samples",
     "series_of_estimates",
     "series_on_reference_clock",
+    "skew",
     "transformed",
     "unwrapped",
     "without_sideways_flexion",

@@ -105,14 +105,7 @@ def checked(name: str, value: Any, default: Any, spec: ParameterSpec) -> Any:
     """Convert a value to its declared type, or raise a :class:`ParameterError`."""
     unit = "" if spec.unit == "-" else f" {spec.unit}"
     if isinstance(default, tuple):
-        value = () if value is None else value  # ROS's empty list, which has no type
-        if default and value in ((), []):
-            raise ParameterError(f"{name} = []: expected one name or more, or leave it out")
-        if not isinstance(value, list | tuple) or not all(isinstance(v, str) for v in value):
-            raise ParameterError(f"{name} = {value!r} is not a list of strings")
-        for each in value:
-            _check_pattern(name, each, spec)
-        return tuple(value)
+        return _checked_names(name, value, default, spec)
     if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
     if isinstance(value, bool) and spec.is_switch:
@@ -128,6 +121,19 @@ def checked(name: str, value: Any, default: Any, spec: ParameterSpec) -> Any:
     if spec.limits is not None and not spec.limits[0] <= value <= spec.limits[1]:
         raise ParameterError(f"{name} = {value}{unit} is outside {spec.range_text}")
     return value
+
+
+def _checked_names(
+    name: str, value: Any, default: tuple[str, ...], spec: ParameterSpec
+) -> tuple[str, ...]:
+    value = () if value is None else value  # ROS's empty list, which has no type
+    if default and value in ((), []):
+        raise ParameterError(f"{name} = []: expected one name or more, or leave it out")
+    if not isinstance(value, list | tuple) or not all(isinstance(v, str) for v in value):
+        raise ParameterError(f"{name} = {value!r} is not a list of strings")
+    for each in value:
+        _check_pattern(name, each, spec)
+    return tuple(value)
 
 
 def _check_pattern(name: str, value: str, spec: ParameterSpec) -> None:

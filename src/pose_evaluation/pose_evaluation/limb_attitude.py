@@ -17,6 +17,7 @@ from pose_core.api import (
     available_models,
     load_body_model,
 )
+from pose_core.arrays import unit_vectors
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_evaluation.stability import BONES
@@ -40,13 +41,9 @@ def limb_attitude(positions: FloatArray, limb: str) -> tuple[FloatArray, FloatAr
         Pitch in [−π/2, π/2]; yaw in (−π, π], NaN where the limb is steeper than 75°.
     """
     top, end = BONES[limb]
-    bone = positions[:, JOINT_INDEX[end]] - positions[:, JOINT_INDEX[top]]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        direction = bone / np.linalg.norm(bone, axis=1, keepdims=True)
-        pitch = np.arcsin(np.clip(direction[:, 2], -1.0, 1.0))
-        yaw = np.arctan2(direction[:, 1], direction[:, 0])
-        yaw = np.where(np.abs(pitch) > STEEP, np.nan, yaw)
-    return pitch, np.asarray(yaw)
+    x, y, z = unit_vectors(positions[:, JOINT_INDEX[end]] - positions[:, JOINT_INDEX[top]]).T
+    pitch = np.arcsin(np.clip(z, -1.0, 1.0))
+    return pitch, np.where(np.abs(pitch) > STEEP, np.nan, np.arctan2(y, x))
 
 
 def limb_roll(R_map_segment: FloatArray) -> FloatArray:

@@ -136,9 +136,7 @@ class ProcessSupervisor:
                 await self._note_end(child, code, lived_s)
                 return
             delay_s = back_off.delay_s(lived_s)
-            self._say(
-                f"{process.name} {_end_of(code)}: starting it again in {delay_s:g} s"
-            )
+            self._say(f"{process.name} {_end_of(code)}: starting it again in {delay_s:g} s")
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._stopping.wait(), delay_s)
 
@@ -150,7 +148,7 @@ class ProcessSupervisor:
         is_recording = child.description.name in self._recordings
         if not child.description.respawn or self._stopping.is_set() or (code == 0 and is_recording):
             return False
-        has_started = child.starts > 1 or code <= 0 or lived_s >= STARTING_S
+        has_started = child.starts > 1 or code < 0 or lived_s >= STARTING_S
         return has_started or self._keep_going
 
     async def _note_end(self, child: _Child, code: int, lived_s: float) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, unit_vectors
 from pose_core.joints import JOINT_INDEX, JOINTS, LIMB_ENDS, SIDES
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.rotations import about_z
@@ -98,13 +98,11 @@ def offsets(
     R_map_body = about_z(heading)
     offset = np.tile(constant, (len(truth), 1, 1))
     for joint, (near, far) in DIRECTIONS.items():
-        limb = truth[:, JOINT_INDEX[far]] - truth[:, JOINT_INDEX[near]]
-        limb /= np.linalg.norm(limb, axis=1, keepdims=True)
+        limb = unit_vectors(truth[:, JOINT_INDEX[far]] - truth[:, JOINT_INDEX[near]])
         change = np.einsum("nji,nj->ni", R_map_body, limb) - NEUTRAL
         offset[:, JOINT_INDEX[joint]] += change @ following[JOINT_INDEX[joint]].T
     turned = np.einsum("nij,nkj->nki", R_map_body, offset)
-    sight = camera - truth
-    towards = sight / np.linalg.norm(sight, axis=2, keepdims=True)
+    towards = unit_vectors(camera - truth)
     depth = p.flesh_offset * rng.uniform(0.5, 1.5, len(JOINTS))
     return turned + depth[:, None] * towards
 
@@ -132,8 +130,7 @@ def with_stiff_bones(wrong: FloatArray, truth: FloatArray, p: KinectParameters) 
     wrong = wrong.copy()
     for joint, parent in LIMB_PARENTS.items():  # from the trunk outwards
         far, near = JOINT_INDEX[joint], JOINT_INDEX[parent]
-        bone = truth[:, far] - truth[:, near]
-        along = bone / np.linalg.norm(bone, axis=1, keepdims=True)
+        along = unit_vectors(truth[:, far] - truth[:, near])
         stretch = np.einsum("ni,ni->n", wrong[:, far] - wrong[:, near], along)
         wrong[:, far] -= p.bone_stiffness * stretch[:, None] * along
     return wrong

@@ -10,8 +10,9 @@ from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree, without_side
 from pose_core.body.shape import shape_of
-from pose_core.filter.camera import CameraFrame, add_camera_rows, predict_view
+from pose_core.filter.camera import add_camera_rows, predict_view
 from pose_core.filter.constants import make_constants
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import NO_IMUS, ImuFrame, add_imu_rows
 from pose_core.filter.interpolated import interpolate_published
 from pose_core.filter.layout import make_layout
@@ -150,7 +151,7 @@ def published(state, dt_s, earlier=NO_IMUS, imus=NO_IMUS):
     shapes = [(3,), (3,), (LINKS, 3, 3), (LINKS, 3), (15, 3), (3,), (LINKS, 3, 3)]
     out = PublishedState(*map(np.zeros, [*shapes, (2, LINKS, 3, 3), (1,), (1,)]))
     unchanged = state.copy()
-    predict_published(CONSTANTS, state, dt_s, earlier, imus, TREE.parents, out)
+    predict_published(CONSTANTS, state, dt_s, earlier, imus, out)
     for one, other in zip(
         (*state.pose, *state[2:]), (*unchanged.pose, *unchanged[2:]), strict=True
     ):
@@ -233,7 +234,7 @@ def test_between_two_states_of_a_recording_links_rotate_steadily_or_by_their_imu
     state.has_imu[:] = np.isin(np.arange(LINKS), WORN)
     out = PublishedState(*(np.zeros((1, *each.shape)) for each in published(state, 0.0)))
     shares = np.array([share])
-    interpolate_published(CONSTANTS, before, state, interval_s, shares, TREE.parents, out)
+    interpolate_published(CONSTANTS, before, state, interval_s, shares, out)
     apart = Rotation.from_matrix(state.pose.rotations @ np.swapaxes(before.rotations, 1, 2))
     turned = Rotation.from_matrix(out.rotations[0] @ np.swapaxes(before.rotations, 1, 2))
     worn, free = state.has_imu, ~state.has_imu

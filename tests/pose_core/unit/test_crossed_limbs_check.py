@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pose_core.filter.camera import CameraFrame
 from pose_core.filter.crossed_limbs_check import CROSSED_S, CrossedLimbsCheck
+from pose_core.filter.frame import CameraFrame
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 
 FRAME_S = 1.0 / 60.0  # of two cameras with 30 frames a second

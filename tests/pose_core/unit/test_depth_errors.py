@@ -8,9 +8,9 @@ from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import shape_of
-from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import make_constants
 from pose_core.filter.depth_errors import depth_variance_scale
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.state import start_state

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pose_core.filter.camera import CameraFrame
 from pose_core.filter.facing_check import BACKWARDS_S, FacingCheck, knees_forwards
+from pose_core.filter.frame import CameraFrame
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 
 FORWARDS, BACKWARDS = np.eye(3), np.diag([-1.0, -1.0, 1.0])

@@ -98,11 +98,6 @@ def test_a_source_that_has_never_changed_is_used_but_named_after_some_seconds(wa
     assert "alike" in watch.faulty["right"]
 
 
-def test_a_camera_that_has_never_seen_the_subject_is_not_reported():
-    watch = CameraWatch(("left", "right"))
-    assert not looks(watch, lambda _: None)
-
-
 def test_a_camera_with_wrong_names_is_reported_though_it_never_showed_the_subject():
     watch = CameraWatch(("left", "right"))
     for shown in (1, 2):

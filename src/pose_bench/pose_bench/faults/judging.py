@@ -7,7 +7,7 @@ import numpy as np
 
 from pose_bench.faults.fault import Fault
 from pose_core.api import SkeletonSeries, joint_angles, without_sideways_flexion, wrapped
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, rows_of, unit_vectors
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
 from pose_io.arrays import IntArray
@@ -32,12 +32,7 @@ class Poses:
 
     def between(self, begin_ns: int, end_ns: int) -> "Poses":
         """The messages that arrived in an interval [ns]."""
-        rows = (self.arrived_ns >= begin_ns) & (self.arrived_ns < end_ns)
-        return Poses(
-            stamps_ns=self.stamps_ns[rows],
-            arrived_ns=self.arrived_ns[rows],
-            values=self.values[rows],
-        )
+        return rows_of(self, (self.arrived_ns >= begin_ns) & (self.arrived_ns < end_ns))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,8 +132,7 @@ def _step_deg(joints: Poses, truth: SkeletonSeries) -> float:
     steps = np.degrees(np.abs(wrapped(np.diff(joints.values, axis=0)))).max(axis=1)
     positions = truth.at(joints.stamps_ns)
     ends = np.array([[JOINT_INDEX[a], JOINT_INDEX[b]] for a, b in BONES])
-    bones = positions[:, ends[:, 1]] - positions[:, ends[:, 0]]
-    bones /= np.linalg.norm(bones, axis=2, keepdims=True)
+    bones = unit_vectors(positions[:, ends[:, 1]] - positions[:, ends[:, 0]])
     cosine = np.clip(np.sum(bones[1:] * bones[:-1], axis=2), -1.0, 1.0)
     own = np.degrees(np.arccos(cosine)).max(axis=1)
     near = np.diff(joints.arrived_ns) < GAP_NS

@@ -6,9 +6,7 @@ Written from the equations that ``pose_core.filter`` documents, with full matric
 :math:`P \leftarrow F P F^T + Q`, Joseph's form of the update, no shortcut by zeros.
 """
 
-from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -28,8 +26,8 @@ from pose_bench.reference.default_measurements import (
     view_of,
 )
 from pose_core.arrays import FloatArray
-from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import ImuFrame
 from pose_core.filter.posture import OPPOSITE
 from pose_core.filter.state import FilterState
@@ -38,22 +36,13 @@ from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINTS, TrackingState
 
 LARGEST_STDDEV = 1.2  # [rad]
-LONGEST_GAP_S, CAMERA_TIMEOUT_S = 0.1, 0.15
+CAMERA_TIMEOUT_S = 0.15  # [s]
 DELAYS_S = (-0.02, 0.2)
 DELAY_GAIN = 2.2
 DEPTH_MEMORY_S, DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 1.0, 10.0, 3.0
 LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
 WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
 SMOOTHED_NIS_CLIP, CONTRADICTED, MEAN_NIS_CLIP, LOST_NIS = 400.0, 25.0, 9.0, 25.0  # [-]
-
-
-class Update(NamedTuple):
-    """Result of a measurement update."""
-
-    weights: FloatArray  # (groups,) [-]
-    nis: FloatArray  # (groups,) [-]
-    shared: float  # [-] the estimated error that the rows share
-    shared_variance: float  # [-]
 
 
 class ReferenceFilter:
@@ -110,33 +99,30 @@ class ReferenceFilter:
         if min(self.state.silent_s) > CAMERA_TIMEOUT_S:
             groups += posture_groups(self.constants, self.state)
             groups += standing_foot_groups(self.constants.camera.body, self.state)
-        weights = robust_update(self.state, groups, self.constants.imu_update).weights
-        orientations = slice(0, 2 * len(imus.links), 2)
-        for group, weight in zip(groups[orientations], weights[orientations], strict=True):
-            information[group.source] += weight * np.linalg.inv(group.noise)
+        robust_update(self.state, groups, self.constants.imu_update)
+        for group in groups[: 2 * len(imus.links) : 2]:
+            information[group.source] += group.weight * np.linalg.inv(group.noise)
         return information
 
     def update_with_frame(self, frame: CameraFrame) -> tuple[StepResult, FloatArray]:
         """Update with a camera's frame and the posture prior; returns the frame's information."""
         state, camera = self.state, self.constants.camera
         view = view_of(camera, state, frame)
-        joints = list(camera_groups(camera, state, frame, view))
-        spread = [group.H @ state.P @ group.H.T for group in joints]
+        joints = list(camera_groups(camera, state, view))
         groups = [*joints, *posture_groups(self.constants, state)]
-        update = robust_update(state, groups, self.constants.frame_update)
-        weights, distance = update.weights, update.nis
-        joints = self._estimate_depth_errors(frame, view, joints, spread, update)
-        self._estimate_offsets(frame, view, joints, spread, weights)
-        self._estimate_delay(frame, view, joints, weights)
+        shared = robust_update(state, groups, self.constants.frame_update)
+        self._estimate_depth_errors(view, joints, *shared)
+        self._estimate_offsets(view, joints)
+        self._estimate_delay(view, joints)
         if joints:
-            self._estimate_shared_offsets(frame.sensor, view)
-        self._note_contradictions(frame, joints, distance)
+            self._estimate_shared_offsets(view)
+        self._note_contradictions(view, joints)
         information = np.zeros((len(state.heading), 3, 3))
-        for group, weight in zip(joints, weights, strict=False):
+        for group in joints:
             for link in range(len(information)):
                 part = group.H[:, link_columns(link)]
-                information[link] += 3.0 * weight / np.trace(group.noise) * part.T @ part
-        turned, seen = self._turn_back(), distance[: len(joints)]
+                information[link] += 3.0 * group.weight / np.trace(group.noise) * part.T @ part
+        turned, seen = self._turn_back(), np.array([group.nis for group in joints])
         if not joints:
             return StepResult(True, turned, np.nan, np.nan), information
         mean_nis = float(np.mean(np.minimum(seen, MEAN_NIS_CLIP)))
@@ -159,87 +145,68 @@ class ReferenceFilter:
         return Q
 
     def _estimate_depth_errors(
-        self,
-        frame: CameraFrame,
-        view: PlainView,
-        joints: list[Group],
-        spread: list[FloatArray],
-        update: Update,
-    ) -> list[Group]:
-        """Update this view's errors along its rays; the joints without the shared one."""
-        state, sensor = self.state, frame.sensor
-        gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
+        self, view: PlainView, joints: list[Group], shared: float, shared_variance: float
+    ) -> None:
+        """Update this view's errors along its rays; remove the shared one from the residuals."""
+        state, sensor, gap_s = self.state, view.frame.sensor, view.gap_s
         variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
-        state.depth_error[sensor] += np.sqrt(variance) * update.shared
-        state.depth_error_variance[sensor] = variance * update.shared_variance
-        left = [replace(g, residual=g.residual - update.shared * g.shared) for g in joints]
+        state.depth_error[sensor] += np.sqrt(variance) * shared
+        state.depth_error_variance[sensor] = variance * shared_variance
+        for group in joints:
+            group.residual = group.residual - shared * group.shared
         others = np.delete(state.silent_s, sensor)
         if not joints or not np.any(others < CAMERA_TIMEOUT_S):
-            return left
+            return
         squared = state.depth_error[sensor] ** 2 + state.depth_error_variance[sensor]
         power += (1.0 - np.exp(-gap_s / DEPTH_LEARNING_S)) * (squared - power)
         state.depth_error_power[sensor] = max(power, LEAST_DEPTH_VARIANCE)
         excess = []
-        for group, predicted in zip(left, spread, strict=True):
-            ray = view.positions[group.source] - frame.camera
-            ray /= np.linalg.norm(ray)
-            noise = np.outer(group.residual, group.residual) - predicted
+        for group in joints:
+            ray = view.ray(group.source)
+            noise = np.outer(group.residual, group.residual) - group.spread
             along = ray @ noise @ ray
             excess.append(along - 0.5 * (np.trace(noise) - along))
-        mean = np.average(excess, weights=update.weights[: len(left)])
+        mean = np.average(excess, weights=[group.weight for group in joints])
         share = 1.0 - np.exp(-gap_s / DEPTH_NOISE_LEARNING_S)
         noise = state.depth_noise[sensor]
         state.depth_noise[sensor] = max(noise + share * (mean - noise), 0.0)
-        return left
 
-    def _estimate_offsets(
-        self,
-        frame: CameraFrame,
-        view: PlainView,
-        joints: list[Group],
-        spread: list[FloatArray],
-        weights: FloatArray,
-    ) -> None:
+    def _estimate_offsets(self, view: PlainView, joints: list[Group]) -> None:
         """Move this view's offset to the residual, and the others' so that the mean is kept."""
-        state, sensors = self.state, len(self.state.silent_s)
+        state, sensor, sensors = self.state, view.frame.sensor, len(self.state.silent_s)
         if sensors < 2:
             return
         shares = np.full(sensors, -1.0 / (sensors - 1))
-        shares[frame.sensor] = 1.0
-        for group, spread_of_it, weight in zip(joints, spread, weights, strict=False):
-            variance = state.offset_variance[frame.sensor, group.source]
-            gain = 3.0 * variance / (np.trace(group.noise) / weight + np.trace(spread_of_it))
+        shares[sensor] = 1.0
+        for group in joints:
+            variance = state.offset_variance[sensor, group.source]
+            gain = 3.0 * variance / np.trace(group.noise / group.weight + group.spread)
             change = gain * view.heading().T @ group.residual
             state.offset[:, group.source] += np.outer(shares, change)
-            state.offset_variance[frame.sensor, group.source] = (1.0 - gain) * variance
+            state.offset_variance[sensor, group.source] = (1.0 - gain) * variance
 
-    def _estimate_delay(
-        self, frame: CameraFrame, view: PlainView, joints: list[Group], weights: FloatArray
-    ) -> None:
+    def _estimate_delay(self, view: PlainView, joints: list[Group]) -> None:
         """Regress the bones' residuals on their velocities."""
-        state, constants, sensor = self.state, self.constants.tracker_errors, frame.sensor
-        seen = {
-            group.source: (group.residual, w) for group, w in zip(joints, weights, strict=False)
-        }
+        state, constants, sensor = self.state, self.constants.tracker_errors, view.frame.sensor
+        seen = {group.source: group for group in joints}
         sums, delay_s = state.delay_sums[sensor], state.delay[sensor]
-        gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
-        sums *= np.exp(-gap_s / constants.delay_memory_s)
+        sums *= np.exp(-view.gap_s / constants.delay_memory_s)
         for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
             if not state.has_imu[link] or start not in seen or end not in seen:
                 continue
             v = view.velocity[end] - view.velocity[start]
-            r = seen[end][0] - seen[start][0]
-            weight = min(seen[start][1], seen[end][1])
+            r = seen[end].residual - seen[start].residual
+            weight = min(seen[start].weight, seen[end].weight)
             weight *= 1.0 - max(view.occlusion[start], view.occlusion[end])
             sums += weight * np.array([v @ v, delay_s * (v @ v) - DELAY_GAIN * v @ r])
         prior = constants.delay_prior
         delay_s = (sums[1] + prior * constants.known_delay_s) / (sums[0] + prior)
         state.delay[sensor] = np.clip(delay_s, *DELAYS_S)
 
-    def _estimate_shared_offsets(self, sensor: int, view: PlainView) -> None:
+    def _estimate_shared_offsets(self, view: PlainView) -> None:
         """Update the mean of the waist; a common rotation of both lines is taken as an offset."""
         state, constants = self.state, self.constants.shared_offsets
-        gap_s = min(state.silent_s[sensor], LONGEST_GAP_S) / len(state.silent_s)
+        gap_s = view.gap_s / len(state.silent_s)
         state.waist_s[0] = min(state.waist_s[0] + gap_s, WAIST_MEMORY_S)
         if state.waist_s[0] == 0.0:
             return
@@ -264,19 +231,16 @@ class ReferenceFilter:
                 offset = np.cross(turn, [0.0, y, 0.0])
                 state.shared_offset[JOINTS.index(f"{side}_{line}")] = offset
 
-    def _note_contradictions(
-        self, frame: CameraFrame, joints: list[Group], distance: FloatArray
-    ) -> None:
+    def _note_contradictions(self, view: PlainView, joints: list[Group]) -> None:
         """Smooth the joints' NIS; note the links that all active cameras contradict."""
         state, constants = self.state, self.constants.tracker_errors
-        sensor = frame.sensor
-        gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
+        sensor, gap_s = view.frame.sensor, view.gap_s
         state.silent_s[sensor] = 0.0
         share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)
         newest = np.zeros(state.nis.shape[1])
-        for group, squared in zip(joints, distance, strict=False):
-            if frame.tracking_state[group.source] == TrackingState.TRACKED:
-                newest[group.source] = min(squared, SMOOTHED_NIS_CLIP)
+        for group in joints:
+            if view.frame.tracking_state[group.source] == TrackingState.TRACKED:
+                newest[group.source] = min(group.nis, SMOOTHED_NIS_CLIP)
         state.nis[sensor] += share * (newest - state.nis[sensor])
         least = state.nis[state.silent_s < CAMERA_TIMEOUT_S].min(axis=0)[constants.ends]
         passed_s = np.where(least > CONTRADICTED, gap_s, -gap_s) / len(state.silent_s)
@@ -301,39 +265,42 @@ class ReferenceFilter:
         return count
 
 
-def robust_update(state: FilterState, groups: list[Group], constants: UpdateConstants) -> Update:
-    """Robust measurement update."""
+def robust_update(
+    state: FilterState, groups: list[Group], constants: UpdateConstants
+) -> tuple[float, float]:
+    """Robust measurement update; the estimated error that the rows share, and its variance [-]."""
     H, residual = np.vstack([g.H for g in groups]), np.concatenate([g.residual for g in groups])
     c = np.concatenate([np.broadcast_to(g.shared, len(g.residual)) for g in groups])
-    P, weights, distance = state.P, np.ones(len(groups)), np.empty(len(groups))
+    P = state.P
     starts = np.cumsum([0, *(len(group.residual) for group in groups)])
     rows = [slice(a, b) for a, b in pairwise(starts)]
 
-    def reweight(index: int, squared: float) -> None:
-        dof, size = groups[index].student_dof, len(groups[index].residual)
+    def reweight(group: Group, squared: float) -> None:
+        dof, size = group.student_dof, len(group.residual)
         if dof is not None:
-            weights[index] = np.clip((dof + size) / (dof + squared), constants.least_weight, 1.0)
+            group.weight = np.clip((dof + size) / (dof + squared), constants.least_weight, 1.0)
 
-    for index, (own, group) in enumerate(zip(rows, groups, strict=True)):
-        spread = H[own] @ P @ H[own].T + np.outer(c[own], c[own]) + group.noise
-        distance[index] = mahalanobis(residual[own], spread)
-        reweight(index, distance[index])
+    for own, group in zip(rows, groups, strict=True):
+        group.spread = group.H @ P @ group.H.T
+        expected = group.spread + np.outer(c[own], c[own]) + group.noise
+        group.nis = mahalanobis(group.residual, expected)
+        reweight(group, group.nis)
     for iteration in range(constants.iterations):
         R = np.zeros((len(H), len(H)))
-        for own, group, weight in zip(rows, groups, weights, strict=True):
-            R[own, own] = group.noise / weight
+        for own, group in zip(rows, groups, strict=True):
+            R[own, own] = group.noise / group.weight
         S = H @ P @ H.T + np.outer(c, c) + R
         K = np.linalg.solve(S, H @ P).T
         if iteration == constants.iterations - 1:
             break
         left = R @ np.linalg.solve(S, residual)
-        for index, (own, group) in enumerate(zip(rows, groups, strict=True)):
-            reweight(index, mahalanobis(left[own], group.noise))
+        for own, group in zip(rows, groups, strict=True):
+            reweight(group, mahalanobis(left[own], group.noise))
     rest = np.eye(len(P)) - K @ H
     state.P[:] = rest @ P @ rest.T + K @ (R + np.outer(c, c)) @ K.T
     inject_error(state, K @ residual)
     gain = np.linalg.solve(S, c)
-    return Update(weights, distance, float(gain @ residual), float(1.0 - gain @ c))
+    return float(gain @ residual), float(1.0 - gain @ c)
 
 
 def mahalanobis(values: FloatArray, covariance: FloatArray) -> float:

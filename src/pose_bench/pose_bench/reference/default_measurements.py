@@ -5,15 +5,16 @@ time, without the compiled arithmetic.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints
 from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
-from pose_core.filter.camera import CameraConstants, CameraFrame
+from pose_core.filter.camera import CameraConstants
 from pose_core.filter.constants import FilterConstants
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import ImuConstants, ImuFrame
 from pose_core.filter.occlusion import Capsules
 from pose_core.filter.posture import PostureConstants
@@ -22,6 +23,7 @@ from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_kinematics import BodyArrays
 
+LONGEST_GAP_S = 0.1  # [s]
 FASTEST_LINK = 6.0  # [rad/s] above which noise is constant
 HELD_JERK = 100.0  # [rad/s³]
 SOFTNESS, STAND_OFF, LEAST_DEFINED = 0.02, 0.06, 1e-3  # [m], [m], [-]
@@ -38,12 +40,17 @@ class Group:
     student_dof: float | None = None  # None: normal
     source: int = -1  # joint or link
     shared: FloatArray | float = 0.0  # (d,) derivatives with respect to an error of all groups
+    weight: float = 1.0  # [-] these three by the update
+    nis: float = np.nan  # [-] normalised innovation squared
+    spread: FloatArray = field(default_factory=lambda: np.empty((0, 0)))  # (d, d) H P Hᵀ
 
 
 @dataclass(kw_only=True)
 class PlainView:
     """The joints predicted for a frame's instant of capture."""
 
+    frame: CameraFrame
+    gap_s: float  # [s] since the camera's last frame
     rotations: FloatArray  # (links, 3, 3)
     levers: FloatArray  # (joints, links, 3) [m]
     positions: FloatArray  # (joints, 3) [m]
@@ -54,6 +61,11 @@ class PlainView:
         """The root's heading, (3, 3)."""
         x, y = self.rotations[0, :2, 0]
         return heading_matrix(np.arctan2(y, x))
+
+    def ray(self, joint: int) -> FloatArray:
+        """Direction from the camera to a joint, (3,)."""
+        ray = self.positions[joint] - self.frame.camera
+        return np.asarray(ray / np.linalg.norm(ray))
 
 
 def heading_matrix(angle: float) -> FloatArray:
@@ -111,6 +123,8 @@ def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) 
     levers = levers_of(constants.body, rotations, pose.slides)
     positions = pose.position - frame.late_s * pose.velocity + levers.sum(axis=1)
     return PlainView(
+        frame=frame,
+        gap_s=min(state.silent_s[frame.sensor], LONGEST_GAP_S),
         rotations=rotations,
         levers=levers,
         positions=positions,
@@ -158,17 +172,17 @@ def point_apart(p: FloatArray, a: FloatArray, b: FloatArray) -> float:
 
 
 def camera_groups(
-    constants: CameraConstants, state: FilterState, frame: CameraFrame, view: PlainView
+    constants: CameraConstants, state: FilterState, view: PlainView
 ) -> Iterator[Group]:
     """Measurements of the joints in a frame."""
+    frame = view.frame
     for joint, seen in enumerate(frame.positions):
         if frame.tracking_state[joint] == 0 or not np.all(np.isfinite(seen)):
             continue
         offset = view.heading() @ (state.offset[frame.sensor, joint] + state.shared_offset[joint])
-        H, shift, unfitted = joint_regression(constants.body, state, frame.late_s, view, joint)
-        ray = view.positions[joint] - frame.camera
-        ray /= np.linalg.norm(ray)
-        noise = joint_variance(constants, state, frame, view, joint) * np.eye(3) + unfitted
+        H, shift, unfitted = joint_regression(constants.body, state, view, joint)
+        ray = view.ray(joint)
+        noise = joint_variance(constants, state, view, joint) * np.eye(3) + unfitted
         error, variance = state.depth_error[frame.sensor], state.depth_error_variance[frame.sensor]
         yield Group(
             H=H,
@@ -181,7 +195,7 @@ def camera_groups(
 
 
 def joint_regression(
-    body: BodyArrays, state: FilterState, late_s: float, view: PlainView, joint: int
+    body: BodyArrays, state: FilterState, view: PlainView, joint: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Statistical linearisation of a joint by filterpy's sigma points and weights.
 
@@ -202,7 +216,7 @@ def joint_regression(
     H = np.zeros((3, len(state.P)))
     H[:, :3] = np.eye(3)
     H[:, spread] = regression
-    H[:, velocity : velocity + slides] = -late_s * H[:, :slides]
+    H[:, velocity : velocity + slides] = -view.frame.late_s * H[:, :slides]
     for slide, link in enumerate(body.sliding_links):
         at = slides + 3 * slide
         H[:, at : at + 3] = body.slides[joint, slide] * view.rotations[link]
@@ -219,13 +233,10 @@ def has_other_source(
 
 
 def joint_variance(
-    constants: CameraConstants,
-    state: FilterState,
-    frame: CameraFrame,
-    view: PlainView,
-    joint: int,
+    constants: CameraConstants, state: FilterState, view: PlainView, joint: int
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
+    frame = view.frame
     variance = constants.variance + state.offset_variance[frame.sensor, joint]
     if has_other_source(constants, state, frame.sensor, joint):
         variance += constants.occluded_variance * view.occlusion[joint] ** 2

@@ -23,6 +23,7 @@ import numpy as np
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, FloorEstimate, rigid_transform
+from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS
 
@@ -135,7 +136,7 @@ def _upright_directions(positions: FloatArray) -> FloatArray:
     upside_down = upright & (tilt > np.pi - MAX_TILT)
     upright &= tilt < MAX_TILT
     axis = axis[upside_down if upside_down.sum() > upright.sum() else upright]
-    return axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    return unit_vectors(axis)
 
 
 def _angle(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -161,30 +162,10 @@ def _plane(
         of the normal [rad] and of that height [m].
     """
     R_level_reference = _map_frame(up, 0.0)[:3, :3]
-    level = standing @ R_level_reference.T
-    _, members, counts = np.unique(
-        np.floor(level[:, :2] / CELL_M).astype(int), axis=0, return_inverse=True, return_counts=True
-    )
-    members = members.reshape(-1)
-    # Gross errors are scattered over cells where nobody stands.
-    rarest = np.argsort(counts, kind="stable")
-    cells = np.sort(rarest[np.cumsum(counts[rarest]) > RARE * len(standing)])
-    # Within a cell the lower feet stand and the higher ones swing.
-    x, y, h = np.array(
-        [
-            (*level[members == cell, :2].mean(axis=0), np.percentile(level[members == cell, 2], 25))
-            for cell in cells
-        ]
-    ).T
+    x, y, h = _cells(standing @ R_level_reference.T)
     centre = np.array([x.mean(), y.mean()])
     design = np.column_stack([x - centre[0], y - centre[1], np.ones(len(x))])
-    prior = np.diag([np.tan(WEAK_PRIOR) ** -2, np.tan(WEAK_PRIOR) ** -2, 0.0])
-    solution = np.array([0.0, 0.0, np.median(h)])
-    for _ in range(ITERATIONS):
-        off = np.abs(h - design @ solution)
-        weights = np.minimum(1.0, HUBER_M / np.maximum(off, 1e-9)) / FOOT_STDDEV_M**2
-        covariance = np.linalg.inv(design.T @ (design * weights[:, None]) + prior)
-        solution = covariance @ (design.T @ (weights * h))
+    solution, covariance = _robust_fit(design, h)
     # Feet that are not on a plane, on boxes or of a crawling person, tell less.
     scatter = float(robust_stddev(h - design @ solution))
     excess = max(1.0, scatter / PLANE_SCATTER_M) ** 2
@@ -204,6 +185,40 @@ def _plane(
     height_variance = covariance[2, 2] + (centre @ centre) * stddev**2
     height_variance += float(np.var(h)) if excess > 1.0 else 0.0
     return R_level_reference.T @ normal, sole, stddev, float(np.sqrt(height_variance))
+
+
+def _cells(level: FloatArray) -> FloatArray:
+    """Middle and height of each cell of the floor in which feet stand, (3, cells) [m].
+
+    Args:
+        level: The lower feet [m], z up, (n, 3).
+    """
+    _, members, counts = np.unique(
+        np.floor(level[:, :2] / CELL_M).astype(int), axis=0, return_inverse=True, return_counts=True
+    )
+    members = members.reshape(-1)
+    # Gross errors are scattered over cells where nobody stands.
+    rarest = np.argsort(counts, kind="stable")
+    cells = np.sort(rarest[np.cumsum(counts[rarest]) > RARE * len(level)])
+    # Within a cell the lower feet stand and the higher ones swing.
+    return np.array(
+        [
+            (*level[members == cell, :2].mean(axis=0), np.percentile(level[members == cell, 2], 25))
+            for cell in cells
+        ]
+    ).T
+
+
+def _robust_fit(design: FloatArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Slopes and height of a plane through heights (n,) [m], by Huber's weights; covariance."""
+    prior = np.diag([np.tan(WEAK_PRIOR) ** -2, np.tan(WEAK_PRIOR) ** -2, 0.0])
+    solution = np.array([0.0, 0.0, np.median(h)])
+    for _ in range(ITERATIONS):
+        off = np.abs(h - design @ solution)
+        weights = np.minimum(1.0, HUBER_M / np.maximum(off, 1e-9)) / FOOT_STDDEV_M**2
+        covariance = np.linalg.inv(design.T @ (design * weights[:, None]) + prior)
+        solution = covariance @ (design.T @ (weights * h))
+    return solution, covariance
 
 
 def _map_frame(up: FloatArray, height: float) -> FloatArray:

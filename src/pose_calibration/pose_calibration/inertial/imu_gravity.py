@@ -29,6 +29,7 @@ from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import TUKEY
 from pose_calibration.inertial.imu_motion import View
 from pose_core.api import FloatArray
+from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
@@ -150,7 +151,7 @@ def _matched(
     if known.sum() < LEAST_SAMPLES:
         return None
     bone = bone[known] @ R.T
-    return _LimbDirections(segment, bone / np.linalg.norm(bone, axis=1, keepdims=True), up[known])
+    return _LimbDirections(segment, unit_vectors(bone), up[known])
 
 
 def _axis(limb: _LimbDirections, up: FloatArray) -> FloatArray:

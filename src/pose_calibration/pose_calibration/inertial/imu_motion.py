@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
 from pose_calibration.clocks.motion_track import SLOW_S, Track, without_slow
 from pose_core.api import FloatArray, ImuBlock
+from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck
 from pose_core.imu.burst_stamps import BurstStamps
@@ -220,27 +221,40 @@ def _limb(
     grid = np.arange(track.stamps[0], track.stamps[-1], 1.0 / GRID_RATE)
     joints = track.at(grid)
     bone = joints[:, end] - joints[:, start]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        direction = bone / np.linalg.norm(bone, axis=1, keepdims=True)
-        sight = joints[:, end] / np.linalg.norm(joints[:, end], axis=1, keepdims=True)
-    pointing = np.abs((direction * sight).sum(axis=1))
+    direction = unit_vectors(bone)
+    pointing = np.abs((direction * unit_vectors(joints[:, end])).sum(axis=1))
     inclination = np.where(pointing < MOST_POINTING, direction @ view.up, np.nan)
     margin = np.arange(-reach, 0) / GRID_RATE
     wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
     up = vertical.at(wide)
-    is_seen, is_up_known = np.isfinite(inclination), are_known(up)
+    is_seen = np.isfinite(inclination)
     fast_inclination = _without_slow(inclination[:, None], is_seen)[:, 0]
-    fast_up = _without_slow(up, is_up_known)
     if is_seen.sum() < LEAST_S * GRID_RATE or fast_inclination[is_seen].std() < LEAST_SWING:
         return None
+    return _misfits(fast_inclination, is_seen, up, reach)
+
+
+def _misfits(
+    inclination: FloatArray, is_seen: NDArray[np.bool_], up: FloatArray, reach: int
+) -> _LimbMisfit | None:
+    """How well an axis of the sensor explains a limb's inclination, at every shift.
+
+    Args:
+        inclination: Its high-pass, (n,) [-].
+        is_seen: Where it is known, (n,).
+        up: The vertical in the sensor's axes, (n + 2 reach, 3); NaN where unknown.
+        reach: Largest shift [samples].
+    """
+    is_up_known = are_known(up)
+    fast_up = _without_slow(up, is_up_known)
     misfit = np.empty(2 * reach + 1)
     energy = 0.0
     for shift in range(2 * reach + 1):
-        at = slice(shift, shift + len(grid))
+        at = slice(shift, shift + len(inclination))
         both = is_seen & is_up_known[at]
         if both.sum() < LEAST_S * GRID_RATE:
             return None
-        g, c = fast_up[at][both], fast_inclination[both]
+        g, c = fast_up[at][both], inclination[both]
         normal = g.T @ g + 1e-9 * np.eye(3)
         axis = np.linalg.solve(normal, g.T @ c)
         misfit[shift] = max(float(np.mean((c - g @ axis) ** 2)), 1e-12)

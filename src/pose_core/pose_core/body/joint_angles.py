@@ -10,7 +10,7 @@ with + for the left; the knee's and the elbow's flexion is the angle between the
 
 import numpy as np
 
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, unit_vectors
 from pose_core.body.trunk import trunk_axes
 from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES
 
@@ -55,9 +55,7 @@ def joint_angles(positions: FloatArray) -> dict[str, FloatArray]:
         for ball, hinge, end in LIMB_JOINTS:
             upper = joints[f"{side}_{hinge}"] - joints[f"{side}_{ball}"]
             lower = joints[f"{side}_{end}"] - joints[f"{side}_{hinge}"]
-            with np.errstate(invalid="ignore", divide="ignore"):
-                direction = np.einsum("nij,ni->nj", axes, upper / _norm(upper)[:, None])
-            x, y, z = direction.T
+            x, y, z = np.einsum("nij,ni->nj", axes, unit_vectors(upper)).T
             angles[f"{side}_{ball}_flexion"] = np.arctan2(x, -z)
             angles[f"{side}_{ball}_abduction"] = np.arcsin(np.clip(outward * y, -1.0, 1.0))
             angles[f"{side}_{hinge}_flexion"] = _angle_between(upper, lower)

@@ -88,6 +88,7 @@ class SegmentTree:
         for row, own in zip(listed, carriers, strict=True):
             row[: len(own)] = own
         return BodyArrays(
+            parents=self.parents,
             offsets=self.offsets,
             sliding_links=self.sliding_links,
             slides=self.slides,

@@ -3,12 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, fields_at, rows_of
 
 
 class Source(IntEnum):
@@ -62,17 +61,10 @@ class EstimateBlock(_EstimateFields):
 
     def __getitem__(self, row: int) -> BodyEstimate:
         """One estimate; its arrays are views of the block's."""
-        fields = self._fields_at(row)
+        fields = fields_at(self, row)
         stamp_ns, newest_ns = int(fields.pop("stamps_ns")), int(fields.pop("newest_ns"))
         return BodyEstimate(stamp_ns=stamp_ns, newest_ns=newest_ns, **fields)
 
     def rows(self, rows: slice) -> "EstimateBlock":
         """A block of some rows."""
-        return EstimateBlock(**self._fields_at(rows))
-
-    def _fields_at(self, rows: int | slice) -> dict[str, Any]:
-        """All fields by name, the arrays at these rows."""
-        return {
-            name: value[rows] if isinstance(value, np.ndarray) else value
-            for name, value in vars(self).items()
-        }
+        return rows_of(self, rows)

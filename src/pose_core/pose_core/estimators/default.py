@@ -15,11 +15,11 @@ from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import PipelineParameters
-from pose_core.filter.camera import CameraFrame
 from pose_core.filter.crossed_limbs_check import CrossedLimbsCheck
 from pose_core.filter.depth_errors import depth_variance_scale
 from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.facing_check import FacingCheck
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.restart_cause import RestartCause

@@ -15,10 +15,10 @@ ray (``depth_errors``). The noise n is larger for inferred joints and under self
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.depth_errors import add_depth_error
+from pose_core.filter.frame import CameraFrame, PredictedView, is_measured
 from pose_core.filter.occlusion import Capsules, fill_occlusion
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
@@ -43,35 +43,6 @@ class CameraConstants(NamedTuple):
     inferred_variance: float  # [m²]
     occluded_variance: float  # [m²]
     student_dof: float
-
-
-class CameraFrame(NamedTuple):
-    """Joints of one person, as one camera measures them."""
-
-    sensor: int
-    positions: FloatArray  # (joints, 3) [m] in map; NaN if not measured
-    tracking_state: NDArray[np.uint8]  # (joints,)
-    camera: FloatArray  # (3,) [m] position of the camera in map
-    late_s: float  # [s] by which its stamp is before the filter's time
-
-
-class PredictedView(NamedTuple):
-    """Predicted measurement of one frame."""
-
-    positions: FloatArray  # (joints, 3) [m] in map
-    levers: FloatArray  # (joints, links, 3) [m] lever arm of each link to each joint, in map
-    velocity: FloatArray  # (joints, 3) [m/s]
-    rotations: FloatArray  # (links, 3, 3) R_map_link at the time of capture
-    occlusion: FloatArray  # (joints,) [-] degree of self-occlusion, 0 to 1
-
-
-@compiled_in_place
-def is_measured(frame: CameraFrame, joint: int) -> bool:
-    """Whether a frame measures a joint."""
-    if frame.tracking_state[joint] == TrackingState.NOT_TRACKED:
-        return False
-    x, y, z = frame.positions[joint, 0], frame.positions[joint, 1], frame.positions[joint, 2]
-    return np.isfinite(x) and np.isfinite(y) and np.isfinite(z)
 
 
 @compiled

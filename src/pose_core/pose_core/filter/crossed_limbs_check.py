@@ -8,7 +8,7 @@ time. Exchanging arms and legs together is different: trackers do that for as lo
 person's back.
 """
 
-from pose_core.filter.camera import CameraFrame
+from pose_core.filter.frame import CameraFrame
 from pose_core.joints import JOINT_PAIRS
 
 CROSSED_S = 1.0  # [s]

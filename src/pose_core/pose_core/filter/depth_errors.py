@@ -19,9 +19,9 @@ published variances (:func:`depth_variance_scale`).
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.filter.frame import FrameUpdate
 from pose_core.filter.rows import Rows
 from pose_core.filter.state import FilterState, another_camera_sends
-from pose_core.filter.update import UpdateResult
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
 MEMORY_S = 1.0  # [s] time constant with which d decays
@@ -78,65 +78,46 @@ def add_depth_error(
 
 
 @compiled
-def estimate_depth_errors(
-    gap_s: float,
-    sensor: int,
-    positions: FloatArray,
-    camera: FloatArray,
-    rows: Rows,
-    joints: int,
-    update: UpdateResult,
-    state: FilterState,
-) -> None:
-    """Update a view's errors with one frame, and remove the shared one from its residuals.
-
-    Args:
-        gap_s: Time since the camera's last frame [s].
-        sensor: The camera.
-        positions: Predicted joints in map, (joints, 3) [m].
-        camera: Position of the camera in map, (3,) [m].
-        rows: Measurement rows with the residuals before the update, those of joints first.
-        joints: Number of groups of joints.
-        update: Result of the frame's update.
-        state: The state; the view's errors are updated.
-    """
-    rows.residual[: 3 * joints] -= update.shared * rows.shared[: 3 * joints]
+def estimate_depth_errors(update: FrameUpdate, state: FilterState) -> None:
+    """Update a view's errors with one frame, and remove the shared one from its residuals."""
+    sensor, gap_s, result = update.frame.sensor, update.gap_s, update.result
+    rows, measured = update.rows, 3 * update.joints
+    rows.residual[:measured] -= result.shared * rows.shared[:measured]
     variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
-    state.depth_error[sensor] += np.sqrt(variance) * update.shared
-    state.depth_error_variance[sensor] = variance * update.shared_variance
-    if joints == 0 or not another_camera_sends(state, sensor):
+    state.depth_error[sensor] += np.sqrt(variance) * result.shared
+    state.depth_error_variance[sensor] = variance * result.shared_variance
+    if measured == 0 or not another_camera_sends(state, sensor):
         return
     squared = state.depth_error[sensor] ** 2 + state.depth_error_variance[sensor]
     power += (1.0 - np.exp(-gap_s / LEARNING_S)) * (squared - power)
     state.depth_error_power[sensor] = max(power, LEAST_VARIANCE)
     share = 1.0 - np.exp(-gap_s / NOISE_LEARNING_S)
-    excess = noise_along_rays(positions, camera, rows, joints, update)
+    excess = noise_along_rays(update)
     noise = state.depth_noise[sensor]
     state.depth_noise[sensor] = max(noise + share * (excess - noise), 0.0)
 
 
 @compiled_in_place
-def noise_along_rays(
-    positions: FloatArray, camera: FloatArray, rows: Rows, joints: int, update: UpdateResult
-) -> float:
+def noise_along_rays(update: FrameUpdate) -> float:
     """Weighted mean difference [m²] of a frame's noise along and across the rays.
 
     Of a residual's square, the part of the prediction's covariance is subtracted.
     """
+    rows, result, positions = update.rows, update.result, update.predicted.positions
     sum_, weights = 0.0, 0.0
-    for group in range(joints):
-        first, ray = rows.first[group], ray_to(positions[rows.source[group]], camera)
+    for group in range(update.joints):
+        first, ray = rows.first[group], ray_to(positions[rows.source[group]], update.frame.camera)
         along, noise, along_P = 0.0, 0.0, 0.0
         for i in range(3):
             r = rows.residual[first + i]
             along += ray[i] * r
-            noise += r * r - update.HPHt[first + i, first + i]
+            noise += r * r - result.HPHt[first + i, first + i]
             for k in range(3):
                 row, column = first + min(i, k), first + max(i, k)  # of the upper triangle
-                along_P += ray[i] * ray[k] * update.HPHt[row, column]
+                along_P += ray[i] * ray[k] * result.HPHt[row, column]
         noise_along = along * along - along_P
-        sum_ += update.weights[group] * (noise_along - 0.5 * (noise - noise_along))
-        weights += update.weights[group]
+        sum_ += result.weights[group] * (noise_along - 0.5 * (noise - noise_along))
+        weights += result.weights[group]
     return sum_ / weights
 
 

@@ -9,8 +9,8 @@ from pose_core.body.model import BodyModel
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
-from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import make_constants
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.interpolated import interpolate_published
 from pose_core.filter.layout import make_layout
@@ -158,15 +158,7 @@ class ErrorStateFilter:
             imus: Samples of the aligned IMUs at the later instant.
         """
         published = self._make_published((), information, np.array([scale]))
-        self._predict_published(
-            self._constants,
-            state,
-            ahead_s,
-            self._imus,
-            imus,
-            self._tree.parents,
-            published,
-        )
+        self._predict_published(self._constants, state, ahead_s, self._imus, imus, published)
         return published
 
     def interpolated(
@@ -189,14 +181,9 @@ class ErrorStateFilter:
         published = self._make_published(
             (count,), np.array([information] * count), np.full((count, 1), scale)
         )
+        shares = np.minimum(np.maximum(1.0 - ages_s / interval_s, 0.0), 1.0)
         self._interpolate_published(
-            self._constants,
-            before,
-            self.state,
-            interval_s,
-            np.minimum(np.maximum(1.0 - ages_s / interval_s, 0.0), 1.0),
-            self._tree.parents,
-            published,
+            self._constants, before, self.state, interval_s, shares, published
         )
         return published
 

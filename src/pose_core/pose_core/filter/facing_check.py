@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.body.trunk import trunk_axes
-from pose_core.filter.camera import CameraFrame
+from pose_core.filter.frame import CameraFrame
 from pose_core.joints import LEGS, TrackingState
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 
@@ -63,10 +63,8 @@ def knees_forwards(
     """
     count = 0
     for hip, knee, foot in LEGS:
-        if (
-            tracking_state[hip] + tracking_state[knee] + tracking_state[foot]
-            < 3 * TrackingState.TRACKED
-        ):
+        least = min(tracking_state[hip], tracking_state[knee], tracking_state[foot])
+        if least < TrackingState.TRACKED:
             continue
         along = squared = 0.0
         for axis in range(3):

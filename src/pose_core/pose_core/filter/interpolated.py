@@ -12,7 +12,6 @@ The covariance is that after the second update.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.constants import FilterConstants
@@ -31,7 +30,6 @@ def interpolate_published(
     state: FilterState,
     interval_s: float,
     shares: FloatArray,
-    parents: NDArray[np.int64],
     out: PublishedState,
 ) -> None:
     """Compute the published part at n instants between two states.
@@ -42,20 +40,16 @@ def interpolate_published(
         state: The state after the second.
         interval_s: Time between them [s].
         shares: Of this time that has passed at the instants, (n,), 0 to 1.
-        parents: Parents of the links, (links,); −1 for the root.
         out: n rows, filled, except information and scale.
     """
-    after, count = state.pose, len(parents)
+    after, body, count = state.pose, constants.camera.body, state.layout.links
     turns, apart, still_s = np.empty((count, 3)), np.empty((3, 3)), np.zeros(count)
     covariance = np.empty((count, 3, 3))
     for link in range(count):
         product_transposed(after.rotations[link], before.rotations[link], apart)
         logarithm(apart, turns[link])
-        fill_relative_covariance(
-            constants.motion.power, state, 0.0, still_s, link, parents[link], covariance[link]
-        )
+        fill_relative_covariance(constants, state, 0.0, still_s, link, covariance[link])
     levers, turn = np.zeros((out.joints.shape[1], count, 3)), np.empty(3)
-    body = constants.camera.body
     for row in range(len(shares)):
         s = shares[row]
         position, rotations, joints = out.position[row], out.rotations[row], out.joints[row]

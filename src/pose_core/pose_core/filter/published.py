@@ -16,7 +16,6 @@ links, slides take in the trackers' slow offsets.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.constants import FilterConstants
@@ -40,7 +39,6 @@ def predict_published(
     dt_s: float,
     before: ImuFrame,
     imus: ImuFrame,
-    parents: NDArray[np.int64],
     out: PublishedState,
 ) -> None:
     """Compute the published part of a state advanced by ``dt_s`` [s]; the state does not change.
@@ -51,11 +49,10 @@ def predict_published(
         dt_s: Time since the state's instant [s].
         before: Samples of the aligned IMUs at the state's instant.
         imus: The same at the later instant.
-        parents: Parents of the links, (links,); −1 for the root.
         out: Filled, except information and scale.
     """
     out.ahead_s[0] = dt_s
-    motion = constants.motion
+    motion, body, links = constants.motion, constants.camera.body, state.layout.links
     pose = Pose(
         out.position, out.rotations, PUBLISHED_SLIDE * state.pose.slides, out.velocity, out.rates
     )
@@ -65,10 +62,9 @@ def predict_published(
     predict_mean(pose, keep, rate_time_s, np.exp(-dt_s / motion.slide_memory_s))
     steady_s = min(dt_s, LONGEST_STEADY_S)
     pose.position[:] = state.pose.position + steady_s * state.pose.velocity
-    rate_times_s = np.full(len(parents), rate_time_s)
+    rate_times_s = np.full(links, rate_time_s)
     rotate_with_imus(state, before, imus, pose, rate_times_s)
-    levers = np.zeros((len(out.joints), len(parents), 3))
-    body = constants.camera.body
+    levers = np.zeros((len(out.joints), links, 3))
     compute_joints(body, pose.position, pose.rotations, pose.slides, levers, out.joints)
     first_rate = state.layout.first_rate
     for axis in range(3):
@@ -76,10 +72,8 @@ def predict_published(
             later_covariance(state.P, first_rate, axis, axis, dt_s, dt_s)
             + dt_s**3 / 3.0 * motion.root_power
         )
-    for link in range(len(parents)):
-        fill_relative_covariance(
-            motion.power, state, dt_s, rate_times_s, link, parents[link], out.covariance[link]
-        )
+    for link in range(links):
+        fill_relative_covariance(constants, state, dt_s, rate_times_s, link, out.covariance[link])
 
 
 @compiled
@@ -137,26 +131,25 @@ def later_covariance(
 
 @compiled_in_place
 def fill_relative_covariance(
-    power: FloatArray,
+    constants: FilterConstants,
     state: FilterState,
     dt_s: float,
     rate_times_s: FloatArray,
     link: int,
-    parent: int,
     out: FloatArray,
 ) -> None:
     """Fill the covariance of a link's rotation relative to its parent's, (3, 3) [rad²].
 
     Args:
-        power: Spectral densities of the links' white accelerations, (links, links) [rad²/s³].
+        constants: The filter's constants.
         state: The state before ``dt_s``.
         dt_s: Time since then [s].
         rate_times_s: Time for which its rate moves each link, (links,) [s]; 0 if an IMU does.
         link: The link.
-        parent: Its parent, or −1.
         out: Filled.
     """
-    P, rates = state.P, state.layout.first_rate
+    P, rates, power = state.P, state.layout.first_rate, constants.motion.power
+    parent = constants.camera.body.parents[link]
     own, above, own_s = rotation_column(link), rotation_column(parent), rate_times_s[link]
     for a in range(3):
         for b in range(3):

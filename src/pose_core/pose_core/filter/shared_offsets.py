@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.filter.camera import PredictedView
+from pose_core.filter.frame import FrameUpdate
 from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.compiling import compiled
@@ -48,16 +48,10 @@ class SharedOffsetConstants(NamedTuple):
 
 @compiled
 def estimate_shared_offsets(
-    constants: SharedOffsetConstants, view: PredictedView, gap_s: float, state: FilterState
+    constants: SharedOffsetConstants, update: FrameUpdate, state: FilterState
 ) -> None:
-    """Update the waist's running mean with one frame, and the offsets of hips and shoulders.
-
-    Args:
-        constants: Constants of the body.
-        view: The predicted joints.
-        gap_s: Time that this frame stands for [s].
-        state: The state; ``waist_mean``, ``waist_s`` and ``shared_offset`` are updated.
-    """
+    """Update the waist's running mean with one frame, and the offsets of hips and shoulders."""
+    view, gap_s = update.predicted, update.gap_s / len(state.silent_s)  # that this frame stands for
     state.waist_s[0] = min(state.waist_s[0] + gap_s, MEMORY_S)
     if state.waist_s[0] == 0.0:
         return

@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.filter.camera import CameraFrame, add_camera_rows, predict_view
+from pose_core.filter.camera import add_camera_rows, predict_view
 from pose_core.filter.constants import FilterConstants
+from pose_core.filter.frame import CameraFrame, FrameUpdate
 from pose_core.filter.imu import ImuFrame, add_imu_rows
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.posture import add_posture_rows, most_posture_rows, turn_back
-from pose_core.filter.rows import Rows, make_rows
+from pose_core.filter.rows import make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.standing_foot import add_standing_foot_rows
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
@@ -100,19 +101,18 @@ def update_with_frame(
     add_camera_rows(constants.camera, state, frame, view, rows)
     joint_groups = rows.filled[1]
     add_posture_rows(constants.posture, state.pose.rotations, rows)
-    update = robust_update(constants.frame_update, state, rows)
-    if not update.is_finite:
+    result = robust_update(constants.frame_update, state, rows)
+    if not result.is_finite:
         return False, 0, np.nan, np.nan
     gap_s = min(state.silent_s[frame.sensor], LONGEST_GAP_S)
     state.silent_s[frame.sensor] = 0.0
-    update_tracker_errors(
-        constants.tracker_errors, gap_s, state, frame, view, rows, joint_groups, update
-    )
+    update = FrameUpdate(frame, view, gap_s, rows, joint_groups, result)
+    update_tracker_errors(constants.tracker_errors, update, state)
     if joint_groups > 0:
-        estimate_shared_offsets(constants.shared_offsets, view, gap_s / len(state.silent_s), state)
-    add_link_information(rows, joint_groups, update.weights, information)
+        estimate_shared_offsets(constants.shared_offsets, update, state)
+    add_link_information(update, information)
     turned = turn_back(constants.posture, state, np.empty((3, 3)))
-    mean_nis, lost_share = summarise(update.nis[:joint_groups])
+    mean_nis, lost_share = summarise(result.nis[:joint_groups])
     return True, turned, mean_nis, lost_share
 
 
@@ -128,11 +128,12 @@ def summarise(nis: FloatArray) -> tuple[float, float]:
 
 
 @compiled
-def add_link_information(rows: Rows, groups: int, weights: FloatArray, out: FloatArray) -> None:
+def add_link_information(update: FrameUpdate, out: FloatArray) -> None:
     """Add Hᵀ (R / w)⁻¹ H of each joint's group to the links' blocks, with R's mean variance."""
-    for group in range(groups):
+    rows = update.rows
+    for group in range(update.joints):
         first, noise = rows.first[group], rows.noise[group]
-        precision = 3.0 * weights[group] / (noise[0, 0] + noise[1, 1] + noise[2, 2])
+        precision = 3.0 * update.result.weights[group] / (noise[0, 0] + noise[1, 1] + noise[2, 2])
         for link in range(len(out)):
             column = rotation_column(link)
             for i in range(3):

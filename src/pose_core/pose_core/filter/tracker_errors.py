@@ -18,12 +18,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray
-from pose_core.filter.camera import CameraFrame, PredictedView, heading_cosine_sine
+from pose_core.filter.camera import heading_cosine_sine
 from pose_core.filter.depth_errors import estimate_depth_errors
-from pose_core.filter.rows import Rows
+from pose_core.filter.frame import FrameUpdate
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
-from pose_core.filter.update import UpdateResult
 from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
@@ -49,80 +47,48 @@ class TrackerErrorConstants(NamedTuple):
 
 @compiled
 def update_tracker_errors(
-    constants: TrackerErrorConstants,
-    gap_s: float,
-    state: FilterState,
-    frame: CameraFrame,
-    view: PredictedView,
-    rows: Rows,
-    joints: int,
-    update: UpdateResult,
+    constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState
 ) -> None:
     """Update offsets, delay and contradictions with one frame, in place.
 
-    Args:
-        constants: See :class:`TrackerErrorConstants`.
-        gap_s: Time since the camera's last frame [s].
-        state: The state after the frame's update.
-        frame: The frame.
-        view: Its prediction.
-        rows: Measurement rows with the residuals before the update, those of joints first. The
-            view's shared error in depth is removed from them.
-        joints: Number of groups of joints.
-        update: Result of the frame's update.
+    The view's shared error in depth is removed from the residuals.
     """
-    estimate_depth_errors(
-        gap_s, frame.sensor, view.positions, frame.camera, rows, joints, update, state
-    )
-    estimate_offsets(state, frame, view, rows, joints, update)
-    estimate_delay(constants, gap_s, state, frame, view, rows, joints, update.weights)
-    smooth_nis(constants, gap_s, state.nis[frame.sensor], frame, rows, joints, update.nis)
-    add_contradictions(constants, gap_s / len(state.silent_s), state)
+    estimate_depth_errors(update, state)
+    estimate_offsets(update, state)
+    estimate_delay(constants, update, state)
+    smooth_nis(constants, update, state)
+    add_contradictions(constants, update, state)
 
 
 @compiled_in_place
-def estimate_offsets(
-    state: FilterState,
-    frame: CameraFrame,
-    view: PredictedView,
-    rows: Rows,
-    joints: int,
-    update: UpdateResult,
-) -> None:
+def estimate_offsets(update: FrameUpdate, state: FilterState) -> None:
     """Update the offsets of the views and their variances with one frame's residuals."""
-    sensors = len(state.silent_s)
+    sensor, sensors = update.frame.sensor, len(state.silent_s)
     if sensors < 2:
         return
-    residual = rows.residual
-    c, s = heading_cosine_sine(view.rotations[0])
-    for group in range(joints):
+    rows, result, residual = update.rows, update.result, update.rows.residual
+    c, s = heading_cosine_sine(update.predicted.rotations[0])
+    for group in range(update.joints):
         joint, first = rows.source[group], rows.first[group]
         noise = rows.noise[group]
-        variance = state.offset_variance[frame.sensor, joint]
-        total = (noise[0, 0] + noise[1, 1] + noise[2, 2]) / update.weights[group]
+        variance = state.offset_variance[sensor, joint]
+        total = (noise[0, 0] + noise[1, 1] + noise[2, 2]) / result.weights[group]
         for axis in range(3):
-            total += update.HPHt[first + axis, first + axis]
+            total += result.HPHt[first + axis, first + axis]
         gain = 3.0 * variance / total
         x, y, z = gain * residual[first], gain * residual[first + 1], gain * residual[first + 2]
         change = (c * x + s * y, c * y - s * x, z)
         for axis in range(3):
-            state.offset[frame.sensor, joint, axis] += change[axis]
+            state.offset[sensor, joint, axis] += change[axis]
             for other in range(sensors):
-                if other != frame.sensor:
+                if other != sensor:
                     state.offset[other, joint, axis] -= change[axis] / (sensors - 1)
-        state.offset_variance[frame.sensor, joint] *= 1.0 - gain
+        state.offset_variance[sensor, joint] *= 1.0 - gain
 
 
 @compiled
 def estimate_delay(
-    constants: TrackerErrorConstants,
-    gap_s: float,
-    state: FilterState,
-    frame: CameraFrame,
-    view: PredictedView,
-    rows: Rows,
-    joints: int,
-    weights: FloatArray,
+    constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState
 ) -> None:
     r"""Update the estimated delay of a tracker.
 
@@ -132,22 +98,13 @@ def estimate_delay(
     v and r are the velocity and the residual of a link's end relative to its start,
     :math:`\tau_k` the estimate by which the frame's stamp was corrected, :math:`\tau_0` the known
     delay, and g is :data:`DELAY_GAIN`.
-
-    Args:
-        constants: See :class:`TrackerErrorConstants`.
-        gap_s: Time since the camera's last frame [s].
-        state: The state; delay and sums are updated.
-        frame: The frame.
-        view: Its prediction, for the stamp corrected by the present estimate.
-        rows: Measurement rows with the residuals before the update, those of joints first.
-        joints: Number of groups of joints.
-        weights: Weights of the groups, (groups,).
     """
+    frame, view, rows, weights = update.frame, update.predicted, update.rows, update.result.weights
     group_of = np.full(len(frame.positions), -1)
-    for group in range(joints):
+    for group in range(update.joints):
         group_of[rows.source[group]] = group
     sums, delay_s = state.delay_sums[frame.sensor], state.delay[frame.sensor]
-    sums *= np.exp(-gap_s / constants.delay_memory_s)
+    sums *= np.exp(-update.gap_s / constants.delay_memory_s)
     for link in range(len(constants.ends)):
         start, end = constants.starts[link], constants.ends[link]
         if not state.has_imu[link] or start < 0:
@@ -168,44 +125,23 @@ def estimate_delay(
 
 
 @compiled
-def smooth_nis(
-    constants: TrackerErrorConstants,
-    gap_s: float,
-    smoothed: FloatArray,
-    frame: CameraFrame,
-    rows: Rows,
-    joints: int,
-    nis: FloatArray,
-) -> None:
-    """Update a camera's smoothed NIS of each joint; of joints that it does not track it decays.
-
-    Args:
-        constants: See :class:`TrackerErrorConstants`.
-        gap_s: Time since the camera's last frame [s].
-        smoothed: The camera's smoothed NIS, (joints,); updated.
-        frame: The frame.
-        rows: Measurement rows of the update, those of joints first.
-        joints: Number of groups of joints.
-        nis: NIS of the groups, (groups,).
-    """
-    share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)
+def smooth_nis(constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState) -> None:
+    """Update a camera's smoothed NIS of each joint; of joints that it does not track it decays."""
+    frame, smoothed = update.frame, state.nis[update.frame.sensor]
+    share = 1.0 - np.exp(-update.gap_s / constants.nis_memory_s)
     smoothed *= 1.0 - share
-    for group in range(joints):
-        if frame.tracking_state[rows.source[group]] == TrackingState.TRACKED:
-            smoothed[rows.source[group]] += share * min(nis[group], SMOOTHED_NIS_CLIP)
+    for group in range(update.joints):
+        joint = update.rows.source[group]
+        if frame.tracking_state[joint] == TrackingState.TRACKED:
+            smoothed[joint] += share * min(update.result.nis[group], SMOOTHED_NIS_CLIP)
 
 
 @compiled
 def add_contradictions(
-    constants: TrackerErrorConstants, passed_s: float, state: FilterState
+    constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState
 ) -> None:
-    """Update for how long all cameras have contradicted each link.
-
-    Args:
-        constants: See :class:`TrackerErrorConstants`.
-        passed_s: Time that this frame stands for [s].
-        state: The state, with smoothed NIS; ``contradicted_s`` is updated.
-    """
+    """Update for how long all cameras have contradicted each link, by their smoothed NIS."""
+    passed_s = update.gap_s / len(state.silent_s)  # that this frame stands for
     for link in range(len(constants.ends)):
         least = np.inf
         for sensor in range(len(state.silent_s)):

@@ -1,17 +1,18 @@
 """Recent samples of all IMUs, and interpolation of their orientations."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, rows_of
 from pose_core.imu.imu_rows import ImuRows
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.imu_rings import (
     MAX_GAP_NS,
     ImuRings,
+    ImuStates,
     append_samples,
     have_reached,
     read_states,
@@ -97,28 +98,26 @@ class ImuHistory:
         Sorted by segment, so that the order of arrival does not change even the rounding.
         """
         count = len(self.segments)
-        R_world_sensor, rate, stddev = np.empty((count, 3, 3)), *np.empty((2, count, 3))
-        known, age_s = np.empty(count, np.bool_), np.empty(count)
-        arrays = (R_world_sensor, rate, stddev, known, age_s)
-        known_count = self._read(self._rows.memory, self._order, stamp_ns, *arrays)
-        imus = ImuMeasurements(
-            segments=self._ordered,
-            R_world_sensor=R_world_sensor,
-            angular_velocity=rate,
-            stddev=stddev,
-            age_s=age_s,
+        states = ImuStates(
+            R_world_sensor=np.empty((count, 3, 3)),
+            rate=np.empty((count, 3)),
+            stddev=np.empty((count, 3)),
+            known=np.empty(count, np.bool_),
+            age_s=np.empty(count),
         )
-        return imus if known_count == count else _rows(imus, np.flatnonzero(known))
-
-
-def _rows(imus: ImuMeasurements, chosen: NDArray[np.intp]) -> ImuMeasurements:
-    return ImuMeasurements(
-        segments=tuple(imus.segments[row] for row in chosen.tolist()),
-        R_world_sensor=imus.R_world_sensor[chosen],
-        angular_velocity=imus.angular_velocity[chosen],
-        stddev=imus.stddev[chosen],
-        age_s=imus.age_s[chosen],
-    )
+        known_count = self._read(self._rows.memory, self._order, stamp_ns, states)
+        measurements = ImuMeasurements(
+            segments=self._ordered,
+            R_world_sensor=states.R_world_sensor,
+            angular_velocity=states.rate,
+            stddev=states.stddev,
+            age_s=states.age_s,
+        )
+        if known_count == count:
+            return measurements
+        known = np.flatnonzero(states.known)
+        segments = tuple(self._ordered[row] for row in known.tolist())
+        return replace(rows_of(measurements, known), segments=segments)
 
 
 NO_MEASUREMENTS = ImuMeasurements(

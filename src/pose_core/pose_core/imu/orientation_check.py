@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
-from pose_core.kernels.linear_algebra import is_equal
+from pose_core.kernels.linear_algebra import is_equal, norm
 from pose_core.kernels.quaternions import integrated_orientation, quaternion_product
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
@@ -188,10 +188,16 @@ def check_samples(
         for axis in range(3):
             memory.rate[i, axis] = rate[row, axis]
         if memory.heading[i] != 0.0:
-            s, c = np.sin(0.5 * memory.heading[i]), np.cos(0.5 * memory.heading[i])
-            x, y, z, w = orientation[row]
-            orientation[row, 0], orientation[row, 1] = c * x - s * y, c * y + s * x
-            orientation[row, 2], orientation[row, 3] = c * z + s * w, c * w - s * z
+            turn_about_vertical(orientation[row], memory.heading[i])
+
+
+@compiled_in_place
+def turn_about_vertical(orientation: FloatArray, angle: float) -> None:
+    """Rotate an orientation, (4,) x y z w, in place about the world's z axis by an angle [rad]."""
+    s, c = np.sin(0.5 * angle), np.cos(0.5 * angle)
+    x, y, z, w = orientation
+    orientation[0], orientation[1] = c * x - s * y, c * y + s * x
+    orientation[2], orientation[3] = c * z + s * w, c * w - s * z
 
 
 @compiled_in_place
@@ -207,7 +213,7 @@ def repeats_orientation(
         rate: Of this sample, (3,) [rad/s].
         dt_s: Time since the last sample [s].
     """
-    speed = np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2)
+    speed = norm(rate)
     is_same = is_equal(memory.orientation[i], orientation)
     same_rate = speed > 0.0 and is_equal(memory.rate[i], rate)
     memory.same_s[i] = memory.same_s[i] + dt_s if is_same and same_rate else 0.0
@@ -262,20 +268,9 @@ def orientation_jump(
         a, b, c, d = -a, -b, -c, -d
     across = np.sqrt(a * a + b * b)
     apart = 2.0 * np.arctan2(np.sqrt(a * a + b * b + c * c), d)
-    change = np.sqrt(
-        (rate[0] - rate_before[0]) ** 2
-        + (rate[1] - rate_before[1]) ** 2
-        + (rate[2] - rate_before[2]) ** 2
-    )
-    turned = (
-        0.5
-        * dt_s
-        * np.sqrt(
-            (rate[0] + rate_before[0]) ** 2
-            + (rate[1] + rate_before[1]) ** 2
-            + (rate[2] + rate_before[2]) ** 2
-        )
-    )
-    if apart <= SMALLEST_JUMP + SCALE_ERROR * turned + 0.5 * dt_s * change:
+    x, y, z = rate_before[0], rate_before[1], rate_before[2]
+    change = 0.5 * dt_s * norm((rate[0] - x, rate[1] - y, rate[2] - z))
+    turned = 0.5 * dt_s * norm((rate[0] + x, rate[1] + y, rate[2] + z))
+    if apart <= SMALLEST_JUMP + SCALE_ERROR * turned + change:
         return 0.0, 0.0, 0.0
     return apart, 2.0 * np.arctan2(across, np.sqrt(c * c + d * d)), 2.0 * np.arctan2(c, d)

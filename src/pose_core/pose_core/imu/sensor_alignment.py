@@ -114,7 +114,6 @@ class SegmentAlignment:
             np.ascontiguousarray(covariance),
             AXIS_STDDEV**2 + AXIS_LATE_S**2 * float(rate @ rate),
             self._bend_variance,
-            UNKNOWN_AXIS**2,
         )
 
     def solve(
@@ -158,7 +157,6 @@ def accumulate(
     covariance: FloatArray,
     variance: float,
     bend_variance: float,
-    unknown_variance: float,
 ) -> None:
     """Add ∫ R_wsᵀ part B dt for each part of the heading; B weights the link's axes.
 
@@ -175,7 +173,7 @@ def accumulate(
     about[1] += bend_variance
     for k in range(3):
         across = about.sum() - about[k]
-        weight = dt_s / (across + variance) if across < unknown_variance else 0.0
+        weight = dt_s / (across + variance) if across < UNKNOWN_AXIS**2 else 0.0
         total[0] += weight
         total[1] += dt_s if weight > 0.0 else 0.0
         for i in range(3):

@@ -19,7 +19,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, unit_vectors
 from pose_core.finite_numbers import are_known
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
@@ -167,15 +167,15 @@ class SlipCheck:
         if "torso" in self._row:
             row, (left, right) = self._row["torso"], joints[JOINT_PAIRS["shoulder"]]
             axes[row, 1], variance[row, 1] = left - right, DIRECTION_STDDEV**2
-        with np.errstate(invalid="ignore"):
-            return axes / np.linalg.norm(axes, axis=2, keepdims=True), variance
+        return unit_vectors(axes), variance
 
 
 def _has_slipped(last: FloatArray, before: FloatArray, is_known: NDArray[np.bool_]) -> bool:
     """Whether a rotation explains one IMU's axes better, from the sums (sensors, 2, 4)."""
     last, before = last[is_known], before[is_known]
     weight = 1.0 / (1.0 / last[:, 3] + 1.0 / before[:, 3] + POSTURE_STDDEV**2)
-    outer = np.einsum("n,ni,nj->nij", weight, _normalised(last), _normalised(before))
+    axis_last, axis_before = unit_vectors(last[:, :3]), unit_vectors(before[:, :3])
+    outer = np.einsum("n,ni,nj->nij", weight, axis_last, axis_before)
     B = np.zeros((len(is_known), 3, 3))
     np.add.at(B, np.nonzero(is_known)[0], outer)
     S = best_rotation(B.sum(axis=0) + np.eye(3) / SLIP_STDDEV**2)[0]
@@ -184,9 +184,3 @@ def _has_slipped(last: FloatArray, before: FloatArray, is_known: NDArray[np.bool
     # A single axis errs more easily.
     least = LEAST_GAIN if np.count_nonzero(is_known) > 1 else 2.0 * LEAST_GAIN
     return bool(gains.sum() > least and gains.min() > LEAST_SHARE * least)
-
-
-def _normalised(sums: FloatArray) -> FloatArray:
-    """The mean axes, (n, 3), of sums (n, 4)."""
-    axes = sums[:, :3]
-    return axes / np.linalg.norm(axes, axis=1, keepdims=True)

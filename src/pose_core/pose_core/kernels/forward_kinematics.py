@@ -38,10 +38,21 @@ def compute_links(
 ) -> None:
     """Compute ``R_map_link``, (n, links, 3, 3), and joints [m], (n, joints, 3), of n states."""
     for index in range(len(dof)):
-        state, R = dof[index], rotations[index]
-        for link in range(len(model.parents)):
-            compute_link_rotation(model, link, R_reference, state, R)
-            compute_fixed_joints(model, link, state, R[link], positions[index])
+        compute_pose(model, R_reference, dof[index], rotations[index], positions[index])
+
+
+@compiled_in_place
+def compute_pose(
+    model: ModelArrays,
+    R_reference: FloatArray,
+    state: FloatArray,
+    rotations: FloatArray,
+    positions: FloatArray,
+) -> None:
+    """Compute ``R_map_link``, (links, 3, 3), and joints [m], (joints, 3), of one state."""
+    for link in range(len(model.parents)):
+        compute_link_rotation(model, link, R_reference, state, rotations)
+        compute_fixed_joints(model, link, state, rotations[link], positions)
 
 
 @compiled_in_place

@@ -31,6 +31,16 @@ class ImuRings(NamedTuple):
     filled: NDArray[np.int64] = np.zeros(1, np.int64)  # (imus,) how many there are
 
 
+class ImuStates(NamedTuple):
+    """State of every IMU at an instant."""
+
+    R_world_sensor: FloatArray  # (imus, 3, 3)
+    rate: FloatArray  # (imus, 3) [rad/s]
+    stddev: FloatArray  # (imus, 3) [rad]
+    known: NDArray[np.bool_]  # (imus,) whether there is a sample nearby
+    age_s: FloatArray  # (imus,) [s] of extrapolation, 0 between two samples
+
+
 @compiled_in_place
 def append_samples(
     rings: ImuRings,
@@ -71,27 +81,14 @@ def append_samples(
 
 
 @compiled_in_place
-def read_states(
-    rings: ImuRings,
-    order: NDArray[np.int64],
-    stamp_ns: int,
-    R_world_sensor: FloatArray,
-    rate: FloatArray,
-    stddev: FloatArray,
-    known: NDArray[np.bool_],
-    age_s: FloatArray,
-) -> int:
+def read_states(rings: ImuRings, order: NDArray[np.int64], stamp_ns: int, out: ImuStates) -> int:
     """Compute every IMU's state at an instant.
 
     Args:
         rings: The samples.
         order: Row of the ring for each output row, (imus,).
         stamp_ns: The instant.
-        R_world_sensor: Filled, shape (imus, 3, 3).
-        rate: Filled, shape (imus, 3) [rad/s].
-        stddev: Filled, shape (imus, 3) [rad].
-        known: Filled, shape (imus,): whether there is a sample nearby.
-        age_s: Filled, shape (imus,) [s]: time of extrapolation, 0 between two samples.
+        out: Filled.
 
     Returns:
         Number of known states.
@@ -99,7 +96,7 @@ def read_states(
     size, count = rings.stamps_ns.shape[1], 0
     for row in range(len(order)):
         i = order[row]
-        known[row], age_s[row] = False, 0.0
+        out.known[row], out.age_s[row] = False, 0.0
         later = 0  # samples at or after the instant
         while later < rings.filled[i]:
             if rings.stamps_ns[i, (rings.newest[i] - later) % size] < stamp_ns:
@@ -110,17 +107,17 @@ def read_states(
         has_before, has_after = later < rings.filled[i], later > 0
         if has_before and has_after:
             share = _share(rings, i, before, after, stamp_ns)
-            known[row] = share >= 0.0
-            if known[row]:
-                _between(rings, i, before, share, R_world_sensor[row], rate[row], stddev[row])
+            out.known[row] = share >= 0.0
+            if out.known[row]:
+                _between(rings, i, before, share, out, row)
         elif has_before or has_after:
             nearest = before if has_before else after
             missing_ns = stamp_ns - rings.stamps_ns[i, nearest]
-            age_s[row] = abs(missing_ns) / NS_PER_S
-            known[row] = abs(missing_ns) <= MAX_GAP_NS
-            if known[row]:
-                _beyond(rings, i, nearest, missing_ns, R_world_sensor[row], rate[row], stddev[row])
-        count += known[row]
+            out.age_s[row] = abs(missing_ns) / NS_PER_S
+            out.known[row] = abs(missing_ns) <= MAX_GAP_NS
+            if out.known[row]:
+                _beyond(rings, i, nearest, missing_ns, out, row)
+        count += out.known[row]
     return count
 
 
@@ -151,18 +148,11 @@ def _share(rings: ImuRings, i: int, before: int, after: int, stamp_ns: int) -> f
 
 
 @compiled_in_place
-def _between(
-    rings: ImuRings,
-    i: int,
-    before: int,
-    share: float,
-    R_world_sensor: FloatArray,
-    rate: FloatArray,
-    stddev: FloatArray,
-) -> None:
+def _between(rings: ImuRings, i: int, before: int, share: float, out: ImuStates, row: int) -> None:
     """Interpolate between a sample and the next."""
     after = (before + 1) % rings.stamps_ns.shape[1]
-    interpolate(rings.orientation[i, before], rings.orientation[i, after], share, R_world_sensor)
+    orientation, rate, stddev = rings.orientation[i], out.rate[row], out.stddev[row]
+    interpolate(orientation[before], orientation[after], share, out.R_world_sensor[row])
     for axis in range(3):
         rate[axis] = (1.0 - share) * rings.rate[i, before, axis]
         rate[axis] += share * rings.rate[i, after, axis]
@@ -171,13 +161,7 @@ def _between(
 
 @compiled_in_place
 def _beyond(
-    rings: ImuRings,
-    i: int,
-    nearest: int,
-    missing_ns: int,
-    R_world_sensor: FloatArray,
-    rate: FloatArray,
-    stddev: FloatArray,
+    rings: ImuRings, i: int, nearest: int, missing_ns: int, out: ImuStates, row: int
 ) -> None:
     """Extrapolate from the nearest sample: rate linearly, orientation by its integral."""
     size = rings.stamps_ns.shape[1]
@@ -193,7 +177,7 @@ def _beyond(
                 break
     missing_s = missing_ns / NS_PER_S
     sloping_s = min(missing_ns, LONGEST_SLOPE_NS) / NS_PER_S
-    last = rings.rate[i, nearest]
+    last, rate, stddev = rings.rate[i, nearest], out.rate[row], out.stddev[row]
     for axis in range(3):
         slope = (last[axis] - rings.rate[i, earlier, axis]) * per_s
         rate[axis] = last[axis] + slope * sloping_s
@@ -202,4 +186,4 @@ def _beyond(
     x = rate[0] * missing_s - (rate[0] - last[0]) * 0.5 * sloping_s
     y = rate[1] * missing_s - (rate[1] - last[1]) * 0.5 * sloping_s
     z = rate[2] * missing_s - (rate[2] - last[2]) * 0.5 * sloping_s
-    rotated_right(rings.orientation[i, nearest], x, y, z, R_world_sensor)
+    rotated_right(rings.orientation[i, nearest], x, y, z, out.R_world_sensor[row])

@@ -168,7 +168,6 @@ def continuous_vector(vector: FloatArray, previous: FloatArray, out: FloatArray)
 @compiled
 def extract_pose(
     model: ModelArrays,
-    position: FloatArray,
     rotations: FloatArray,
     state: PublishedState,
     previous: FloatArray,
@@ -178,17 +177,15 @@ def extract_pose(
 
     Args:
         model: The body model.
-        position: Published position of the root, (3,) [m].
         rotations: Published ``R_map_link``, (links, 3, 3).
-        state: Rates, covariance and information.
+        state: Position of the root, rates, covariance and information.
         previous: The previous degrees of freedom, (d,).
         out: Filled, except ``blended``.
     """
     work = make_workspace()
-    extract_root(model, position, rotations, state, previous, work, out)
-    for link in range(len(model.parents)):
-        if model.parents[link] >= 0:
-            extract_link(model, link, rotations, state, previous, work, out)
+    extract_root(rotations[0], state, previous, work, out)
+    for link in range(1, len(model.parents)):
+        extract_link(model, link, rotations, state, previous, work, out)
 
 
 class Workspace(NamedTuple):
@@ -225,9 +222,7 @@ def make_workspace() -> Workspace:
 
 @compiled_in_place
 def extract_root(
-    model: ModelArrays,
-    position: FloatArray,
-    rotations: FloatArray,
+    R_map_root: FloatArray,
     state: PublishedState,
     previous: FloatArray,
     work: Workspace,
@@ -235,20 +230,16 @@ def extract_root(
 ) -> None:
     """Extract the degrees of freedom of the root; see :func:`extract_pose`."""
     for axis in range(3):
-        out.position[axis], out.velocity[axis] = position[axis], state.velocity[axis]
+        out.position[axis], out.velocity[axis] = state.position[axis], state.velocity[axis]
         out.variance[axis] = state.position_variance[axis]
-    for link in range(len(model.parents)):
-        if model.parents[link] >= 0:
-            continue
-        logarithm(rotations[link], work.vector)
-        continuous_vector(work.vector, previous[3:6], out.position[3:6])
-        for axis in range(3):
-            out.velocity[3 + axis] = state.rates[link, axis]
-            out.variance[3 + axis] = state.covariance[link, axis, axis]
-        for source in range(2):
-            own = state.information[source, link]
-            for at in range(6):
-                out.information[source, at] = (own[0, 0] + own[1, 1] + own[2, 2]) / 3.0
+        out.velocity[3 + axis] = state.rates[0, axis]
+        out.variance[3 + axis] = state.covariance[0, axis, axis]
+    logarithm(R_map_root, work.vector)
+    continuous_vector(work.vector, previous[3:6], out.position[3:6])
+    for source in range(2):
+        own = state.information[source, 0]
+        for at in range(6):
+            out.information[source, at] = (own[0, 0] + own[1, 1] + own[2, 2]) / 3.0
 
 
 @compiled_in_place

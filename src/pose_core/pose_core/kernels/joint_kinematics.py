@@ -17,6 +17,7 @@ from pose_core.kernels.compiling import compiled_in_place
 class BodyArrays(NamedTuple):
     """A body's tree as arrays."""
 
+    parents: NDArray[np.int64]  # (links,): −1 of the root
     offsets: FloatArray  # (joints, links, 3) [m] in the links' axes
     sliding_links: NDArray[np.int64]  # (slides,): the link that each slides in
     slides: FloatArray  # (joints, slides): 1 if a joint moves with a sliding joint

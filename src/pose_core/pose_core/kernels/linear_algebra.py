@@ -9,7 +9,7 @@ from pose_core.kernels.compiling import compiled_in_place
 
 
 @compiled_in_place
-def norm(v: FloatArray) -> float:
+def norm(v: FloatArray | tuple[float, float, float]) -> float:
     """Euclidean norm."""
     return np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 

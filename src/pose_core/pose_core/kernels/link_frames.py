@@ -13,9 +13,7 @@ from pose_core.kernels.rotations import exponential, product, quaternion
 class AuxiliaryFrames(NamedTuple):
     """Frames other than links: rotated back about one axis of a joint, or at the end of a limb."""
 
-    source: NDArray[
-        np.int64
-    ]  # (n,) row of the frame that each derives from: a link, or an earlier row
+    source: NDArray[np.int64]  # (n,) row of the frame it derives from: a link, or an earlier row
     dof: NDArray[np.int64]  # (n,) degree of freedom that is rotated back; −1 for an end
     axis: FloatArray  # (n, 3) of that degree of freedom
     joint: NDArray[np.int64]  # (n,) joint at an end

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.kernels.axial_rotation import Hinges, rotate_into_hinge_planes
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_links
+from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_pose
 from pose_core.kernels.joint_angle_extraction import continuous_vector, extract_pose
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.output_blending import (
@@ -89,7 +89,7 @@ def output_states(
         )
         rotations[:] = state.rotations
         rotate_into_hinge_planes(rotations, body.hinges)
-        extract_pose(body.model, state.position, rotations, state, blending.position, dof)
+        extract_pose(body.model, rotations, state, blending.position, dof)
         share_out(dof.information, output.weight_kinect[n], output.weight_imu[n], output.source[n])
         dt_s = elapsed_s(blending, int(stamps_ns[n]))
         root_blend_s = max(BLEND_S, BLEND_OF_PREDICTION * state.ahead_s[0])
@@ -115,13 +115,7 @@ def output_states(
         output.position[n], output.velocity[n] = blending.position, blending.velocity
         blend_joints(body.model, skeleton_dt_s, state, blending, output.joints[n])
         blending.stamp_ns[0] = stamps_ns[n]
-        compute_links(
-            body.model,
-            np.eye(3),
-            blending.position.reshape((1, -1)),
-            rotations.reshape((1, len(rotations), 3, 3)),
-            output.fk_joints[n : n + 1],
-        )
+        compute_pose(body.model, np.eye(3), blending.position, rotations, output.fk_joints[n])
         compute_link_transforms(
             blending.position,
             rotations,
@@ -302,10 +296,6 @@ def published_variance(
     """
     for at in range(len(out)):
         which = 1 if weight_imu[at] > 0.0 else 0
-        factor, late_s, stddev = (
-            calibration[which, 0, at],
-            calibration[which, 1, at],
-            calibration[which, 2, at],
-        )
+        factor, late_s, stddev = calibration[which, :, at]
         moved = late_s * velocity[at]
         out[at] = factor * scale * dof.variance[at] + moved**2 + stddev**2 + dof.blended[at]

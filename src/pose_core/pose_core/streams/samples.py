@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, rows_of
 from pose_core.joints import TrackingState
 
 MEASURED = ("orientation", "orientation_stddev", "angular_velocity", "linear_acceleration")
@@ -71,12 +71,7 @@ class ImuBlock:
 
     def rows(self, chosen: slice | NDArray[np.intp]) -> "ImuBlock":
         """A block of some rows."""
-        return ImuBlock(
-            segments=self.segments,
-            imu=self.imu[chosen],
-            stamps_ns=self.stamps_ns[chosen],
-            **{name: getattr(self, name)[chosen] for name in MEASURED},
-        )
+        return rows_of(self, chosen)
 
 
 def block_of(sample: ImuSample) -> ImuBlock:

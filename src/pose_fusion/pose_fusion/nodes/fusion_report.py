@@ -45,18 +45,19 @@ class FusionReporter:
         return self._estimates > 0 and self._missed <= MISSED_CHECKS
 
     def _unused_sources(self) -> set[str]:
-        idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
-        checked = self._pipeline.subject.imus.orientations
-        imus = {*self._silent_imus, *self._unoriented, *checked.jumping, *checked.saturated, *idle}
+        subject = self._pipeline.subject
+        checked = subject.imus.orientations
+        imus = {*self._silent_imus, *self._unoriented, *checked.jumping, *checked.saturated}
+        imus |= {use.segment for use in subject.imu_uses if use.reason}
         imus |= {f"{name}'s segment" for name in self._exchanged}
-        imus |= {f"{name}'s field" for name in self._pipeline.subject.imus.walks.disturbed}
-        imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
+        imus |= {f"{name}'s field" for name in subject.imus.walks.disturbed}
+        imus |= {f"{name}'s rate" for name in subject.imus.contradicted_rates}
         names = {f"{sensor}'s names" for sensor in self._watch.faulty}
         names |= {f"{sensor}'s joints" for sensor in self._held_joints}
         missing = {*self.excluded, *self._watch.missing, *imus, *names}
         if self._late_checks > MISSED_CHECKS:
             missing.add("late frames")
-        if self._pipeline.subject.imus_late_s:
+        if subject.imus_late_s:
             missing.add("the IMUs' clock")
         return missing if self._is_tracking else {*missing, "everything"}
 
@@ -81,9 +82,15 @@ class FusionReporter:
         is_ok = has_subject and not (
             self._unused_sources() or malformed or lost or publishers or clock_trouble
         )
-        remarks = self._remarks(unused, malformed, lost, publishers or {})
+        remarks = [
+            *_publisher_remarks(publishers or {}),
+            *self._camera_remarks(),
+            *self._imu_remarks(),
+            *self._late_remarks(),
+            *_graph_remarks(malformed, lost, self._pipeline.others, unused),
+        ]
         if clock_trouble:  # the sources' stamps and silence follow from it
-            remarks = iter([f"use_sim_time is true, and {clock_trouble}"])
+            remarks = [f"use_sim_time is true, and {clock_trouble}"]
         return Report(
             level=Level.OK if is_ok else Level.WARN,
             message="; ".join([self._tracking(), *remarks]),
@@ -130,16 +137,8 @@ class FusionReporter:
         """Sources whose stamps are implausible, and why."""
         return self._stamp_check.set_aside if self._stamp_check is not None else {}
 
-    def _remarks(
-        self,
-        unused: Sequence[str],
-        malformed: Mapping[str, str],
-        lost: Mapping[str, int],
-        publishers: Mapping[str, int],
-    ) -> Iterator[str]:
-        for count in sorted(set(publishers.values())):
-            topics = ", ".join(topic for topic, own in publishers.items() if own == count)
-            yield f"{count} publishers of {topics}: started twice? Stop all but one"
+    def _camera_remarks(self) -> Iterator[str]:
+        """Sources with implausible stamps, and cameras whose frames are of little use."""
         excluded = self.excluded
         for why in dict.fromkeys(excluded.values()):  # one remark for all sources with a reason
             named = [source for source, own in excluded.items() if own == why]
@@ -153,43 +152,38 @@ class FusionReporter:
         for sensor, joints in self._held_joints.items():
             what = "it repeats their positions: they are not used"
             yield f"{sensor} holds {', '.join(joints)}: {what}"
-        if self._silent_imus:
-            silent = ", ".join(self._silent_imus)
-            yield f"no samples from the IMU on {silent}: check its battery and radio"
-        if self._unoriented:
-            what = "have no orientation (NaN, zero, or covariance -1): let its driver send it"
-            yield f"the messages of the IMU on {', '.join(sorted(self._unoriented))} {what}"
-        if saturated := self._pipeline.subject.imus.orientations.saturated:
-            what = "is saturated: set a larger range on the sensor; it is used 2 s after"
-            yield f"the gyroscope of the IMU on {', '.join(saturated)} {what}"
-        if jumping := self._pipeline.subject.imus.orientations.jumping:
-            what = "contradicts its gyroscope: check its strap, its segment and the device"
-            yield f"the orientation of the IMU on {', '.join(jumping)} {what}"
-        if disturbed := self._pipeline.subject.imus.walks.disturbed:
-            what = "is disturbed, and its heading counts less: keep it from metal and motors"
-            yield f"the magnetic field of the IMU on {', '.join(disturbed)} {what}"
-        if exchanged := self._exchanged:
-            what = "are exchanged, and used as they are worn: exchange them on the body"
-            yield f"the IMUs of {', '.join(exchanged)} {what}, or in the nodes file"
-        faults = self._pipeline.subject.imus.contradicted_rates
+
+    def _imu_remarks(self) -> Iterator[str]:
+        """Faults of IMUs, each with the segments of all that have it."""
+        imus = self._pipeline.subject.imus
+        named = {
+            "no samples from the IMU on {}: check its battery and radio": self._silent_imus,
+            "the messages of the IMU on {} have no orientation (NaN, zero, or covariance -1): "
+            "let its driver send it": sorted(self._unoriented),
+            "the gyroscope of the IMU on {} is saturated: set a larger range on the sensor; it is "
+            "used 2 s after": imus.orientations.saturated,
+            "the orientation of the IMU on {} contradicts its gyroscope: check its strap, its "
+            "segment and the device": imus.orientations.jumping,
+            "the magnetic field of the IMU on {} is disturbed, and its heading counts less: keep "
+            "it from metal and motors": imus.walks.disturbed,
+            "the IMUs of {} are exchanged, and used as they are worn: exchange them on the body, "
+            "or in the nodes file": self._exchanged,
+        }
+        for remark, segments in named.items():
+            if segments:
+                yield remark.format(", ".join(segments))
+        faults = imus.contradicted_rates
         for fault in sorted(set(faults.values())):
-            segments = ", ".join(segment for segment, own in faults.items() if own == fault)
-            yield f"the angular velocity of the IMU on {segments} {fault}"
+            segments = [segment for segment, own in faults.items() if own == fault]
+            yield f"the angular velocity of the IMU on {', '.join(segments)} {fault}"
+
+    def _late_remarks(self) -> Iterator[str]:
         if self._late_checks > MISSED_CHECKS:
             what = "after samples that are 0.1 s newer, and are not used"
             yield f"frames of cameras come {what}: check their machines' load and clocks"
         if late_s := self._pipeline.subject.imus_late_s:
             late = f"about {1000.0 * late_s:.0f} ms later than the cameras' frames"
             yield f"the IMUs' samples come {late}: check their radio and their clocks"
-        for topic, why in malformed.items():
-            yield f"{topic} is not used: {why}"
-        if lost:
-            count, sources = sum(lost.values()), ", ".join(lost)
-            yield f"{count} messages of {sources} were lost: the machine is too busy"
-        if self._pipeline.others:
-            yield f"{self._pipeline.others} more people in view, not tracked"
-        if unused:
-            yield f"not used: {', '.join(unused)}, add it to sensors"
 
     def _values(self) -> dict[str, object]:
         pipeline, subject = self._pipeline, self._pipeline.subject
@@ -235,3 +229,25 @@ class FusionReporter:
             **{f"clock_leapt_s/{source}": f"{-offset_s:.3f}" for source, offset_s in corrected},
             **self._stamp_check.counters.as_dict(),
         }
+
+
+def _publisher_remarks(publishers: Mapping[str, int]) -> Iterator[str]:
+    """Topics that several nodes publish, by their number."""
+    for count in sorted(set(publishers.values())):
+        topics = ", ".join(topic for topic, own in publishers.items() if own == count)
+        yield f"{count} publishers of {topics}: started twice? Stop all but one"
+
+
+def _graph_remarks(
+    malformed: Mapping[str, str], lost: Mapping[str, int], others: int, unused: Sequence[str]
+) -> Iterator[str]:
+    """What the graph has, but the fusion does not use."""
+    for topic, why in malformed.items():
+        yield f"{topic} is not used: {why}"
+    if lost:
+        count, sources = sum(lost.values()), ", ".join(lost)
+        yield f"{count} messages of {sources} were lost: the machine is too busy"
+    if others:
+        yield f"{others} more people in view, not tracked"
+    if unused:
+        yield f"not used: {', '.join(unused)}, add it to sensors"

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.api import SkeletonSeries
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, unit_vectors
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 
@@ -125,8 +125,8 @@ class _JointCentres:
         between = 0.5 * (middle + centres["neck"])
         centres["torso"] = self._named(("torso",), np.where(np.isfinite(chest), chest, between))
         centres["head"] = self._named(("head",), self._mean(("lfhd", "rfhd", "lbhd", "rbhd")))
-        up = _unit(centres["neck"] - middle)
-        outward = _unit(centres["left_hip"] - centres["right_hip"])
+        up = unit_vectors(centres["neck"] - middle)
+        outward = unit_vectors(centres["left_hip"] - centres["right_hip"])
         for side, sign in SIGNS.items():
             self._leg(centres, side, sign * outward)
             self._arm(centres, side, up)
@@ -138,9 +138,9 @@ class _JointCentres:
         sacrum = self._mean(("sacr", "sac", "vsac"), first=True)
         back = np.where(np.isfinite(back), back, sacrum)
         front = 0.5 * (left + right)
-        y = _unit(left - right)
+        y = unit_vectors(left - right)
         forward = front - back
-        x = _unit(forward - np.sum(forward * y, axis=1, keepdims=True) * y)
+        x = unit_vectors(forward - np.sum(forward * y, axis=1, keepdims=True) * y)
         z = np.cross(x, y)
         width = _median_length(left - right)
         depth = _median_length(forward)
@@ -225,14 +225,9 @@ def _chord(
     with np.errstate(invalid="ignore", divide="ignore"):
         along = limb / length
         away = beside - marker
-        away = -_unit(away - np.sum(away * along, axis=1, keepdims=True) * along)
+        away = -unit_vectors(away - np.sum(away * along, axis=1, keepdims=True) * along)
         share = offset_m / length
         return marker + offset_m * (share * along + np.sqrt(1.0 - share**2) * away)
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def _median_length(vectors: FloatArray) -> float:

@@ -10,7 +10,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.api import FloatArray
+from pose_core.api import FloatArray, skew
+from pose_core.arrays import unit_vectors
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
 from pose_view.body.parts import PARTS
 
@@ -82,14 +83,9 @@ def _axes(up: FloatArray, left: FloatArray) -> FloatArray:
 
 def _swung(rotations: FloatArray, bones: FloatArray) -> FloatArray:
     """Rotations (n, 3, 3), changed by the smallest rotation so that −z is along bones (n, 3)."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        wanted = bones / np.linalg.norm(bones, axis=1, keepdims=True)
-    now = rotations @ DOWN
+    now, wanted = rotations @ DOWN, unit_vectors(bones)
     cross, cosine = np.cross(now, wanted), np.sum(now * wanted, axis=1)
-    K = np.zeros_like(rotations)
-    K[:, 0, 1], K[:, 0, 2] = -cross[:, 2], cross[:, 1]
-    K[:, 1, 0], K[:, 1, 2] = cross[:, 2], -cross[:, 0]
-    K[:, 2, 0], K[:, 2, 1] = -cross[:, 1], cross[:, 0]
+    K = skew(cross)
     # Rodrigues: sin θ and (1 − cos θ) of a unit axis, in terms of the cross product itself.
     turn = np.eye(3) + K + K @ K / (1.0 + np.maximum(cosine, OPPOSITE))[:, None, None]
     opposite = cosine <= OPPOSITE

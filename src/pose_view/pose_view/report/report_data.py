@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pose_core.api import EstimateSeries, Extrinsics, FloatArray, SkeletonSeries
+from pose_core.arrays import rows_of
 from pose_core.errors import InputError, PoseError
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
 from pose_evaluation.offline import known_setups, run_methods
@@ -223,8 +224,7 @@ def _cut(
 
 def _cut_estimates(estimates: EstimateSeries, begin_ns: int, end_ns: int) -> EstimateSeries:
     inside = (estimates.stamps_ns >= begin_ns) & (estimates.stamps_ns <= end_ns)
-    arrays = {n: each[inside] for n, each in vars(estimates).items() if n != "names"}
-    return replace(estimates, **arrays)
+    return rows_of(estimates, inside)
 
 
 def seconds(stamps_ns: np.ndarray, begin_ns: int) -> FloatArray:
