@@ -2,16 +2,22 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from pose_bench.captured import METHODS, run_session
+from pose_bench.captured import METHODS, run_session, true_extrinsics, truth_of
 from pose_bench.captured_suite import captured_specs
 from pose_bench.kinectmultitrack import compare_views
+from pose_core.api import ImuSample, Pipeline, PipelineParameters
+from pose_evaluation.offline import run_pipeline
 from pose_io.recordings.formats import read_recording
+from pose_sim.captured.clips import bundled_clips, mid_hip
+from pose_sim.captured.session import SENSORS, make_captured_session
 
 CHOSEN = ("joint_kf", "default", "default+imus")
 METHODS_TRIED = [method for method in METHODS if method.name in CHOSEN]
 DURATION_S = 25.0
+S = 10**9  # [ns]
 WITHIN = 0.05  # [-] of the recorded figures: a gain is recorded too
 RECORDED_DEG = {0: (4.69, 3.39), 1: (5.74, 3.77)}  # without and with IMUs
 REAL_DEG = 10.01  # [deg] and
@@ -35,6 +41,34 @@ def test_imus_make_it_better_and_it_is_as_accurate_with_them_as_it_was(scores):
     spins, by_method = scores
     assert by_method["default+imus"].rmse_deg == pytest.approx(RECORDED_DEG[spins][1], rel=WITHIN)
     assert by_method["default+imus"].mpjpe_mm < by_method["default"].mpjpe_mm
+
+
+def test_without_cameras_imus_on_both_legs_carry_the_root_along():
+    clips = {clip.stem: clip for clip in bundled_clips()}
+    spec = replace(
+        captured_specs(None, held_out=True, seed=11)[0],
+        clips=(clips["jumping_2"], clips["walking_20"]),
+        spins=False,
+        duration_s=25.0,
+        delays_s=None,
+    )
+    session = make_captured_session(spec)
+    truth = truth_of(session)
+    end_ns = int(truth.stamps_ns[-1]) - S // 4
+    begin_ns = end_ns - 4 * S
+    samples = [
+        each
+        for each in session.samples(imus=True)
+        if isinstance(each, ImuSample) or each.stamp_ns < begin_ns
+    ]
+    pipeline = Pipeline(PipelineParameters(sensors=SENSORS), true_extrinsics(session))
+    run = run_pipeline(pipeline, samples)
+    instants_ns = np.array([begin_ns, end_ns])
+    moved, followed = (
+        np.diff(mid_hip(series.at(instants_ns))[:, :2], axis=0)[0] for series in (truth, run.series)
+    )
+    assert np.linalg.norm(moved) > 2.0
+    assert np.linalg.norm(followed - moved) < 0.3 * np.linalg.norm(moved)
 
 
 @pytest.mark.data

@@ -157,15 +157,17 @@ class FusionReporter:
         """Faults of IMUs, each with the segments of all that have it."""
         imus = self._pipeline.subject.imus
         named = {
-            "no samples from the IMU on {}: check its battery and radio": self._silent_imus,
+            "no samples for 0.2 s from the IMU on {}: check its battery, radio and rate": (
+                self._silent_imus
+            ),
             "the messages of the IMU on {} have no orientation (NaN, zero, or covariance -1): "
             "let its driver send it": sorted(self._unoriented),
             "the gyroscope of the IMU on {} is saturated: set a larger range on the sensor; it is "
             "used 2 s after": imus.orientations.saturated,
             "the orientation of the IMU on {} contradicts its gyroscope: check its strap, its "
             "segment and the device": imus.orientations.jumping,
-            "the magnetic field of the IMU on {} is disturbed, and its heading counts less: keep "
-            "it from metal and motors": imus.walks.disturbed,
+            "the heading of the IMU on {} wanders, and counts less: keep it from metal and motors, "
+            "and tighten its strap": imus.walks.disturbed,
             "the IMUs of {} are exchanged, and used as they are worn: exchange them on the body, "
             "or in the nodes file": self._exchanged,
         }
