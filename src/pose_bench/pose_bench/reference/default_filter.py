@@ -39,6 +39,7 @@ LARGEST_STDDEV = 1.2  # [rad]
 CAMERA_TIMEOUT_S = 0.15  # [s]
 DELAYS_S = (-0.02, 0.2)
 DELAY_GAIN = 2.2
+VIEW_APART_S = 1.0
 DEPTH_MEMORY_S, DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 1.0, 10.0, 3.0
 LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
 WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
@@ -113,6 +114,10 @@ class ReferenceFilter:
         shared = robust_update(state, groups, self.constants.frame_update)
         self._estimate_depth_errors(view, joints, *shared)
         self._estimate_offsets(view, joints)
+        if joints:
+            apart = [frame.positions[each.source] - view.positions[each.source] for each in joints]
+            old, share = state.view_apart[frame.sensor], 1.0 - np.exp(-view.gap_s / VIEW_APART_S)
+            state.view_apart[frame.sensor] = (1.0 - share) * old + share * np.mean(apart, axis=0)
         self._estimate_delay(view, joints)
         if joints:
             self._estimate_shared_offsets(view)

@@ -103,6 +103,12 @@ class DefaultEstimator(StepwiseEstimator):
         return self._filter.measured_delays_s
 
     @property
+    def views_apart_m(self) -> FloatArray | None:
+        """Distance of each camera's view from the estimate, (sensors,) [m]; None if unknown."""
+        state = self._filter.state
+        return None if state is None else np.linalg.norm(state.view_apart, axis=1)
+
+    @property
     def sensor_to_segment(self) -> SensorsToSegments:
         """Sensor-to-segment rotations of the aligned IMUs, as estimated by the filter."""
         state = self._filter.state

@@ -85,6 +85,11 @@ class Estimator(ABC):
         return None
 
     @property
+    def views_apart_m(self) -> FloatArray | None:
+        """Distance of each camera's view from the estimate, (sensors,) [m]; None if unknown."""
+        return None
+
+    @property
     def sensor_to_segment(self) -> SensorsToSegments:
         """Sensor-to-segment rotations of the aligned IMUs; empty if the estimator uses none."""
         return {}

@@ -22,6 +22,7 @@ d is the mean NIS over its usual value, times the factor for errors in depth.
 """
 
 UNCALIBRATED = (1.0, 0.0, 0.0)
+POSITION = (1.0, 0.03, 0.012)  # of the root: f [-], T [s] and s [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,4 +90,6 @@ def _coefficients(model: BodyModel, calibrations: dict[str, Coefficients]) -> Fl
         for name in model.dof_names
     ]
     factor, late_s, stddev_deg = np.array(coefficients).T
-    return np.stack([factor, late_s, np.radians(stddev_deg)])
+    calibrated = np.stack([factor, late_s, np.radians(stddev_deg)])
+    calibrated[:, :3] = np.array(POSITION)[:, None]
+    return calibrated

@@ -16,7 +16,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.published import PUBLISHED_SLIDE, fill_relative_covariance
-from pose_core.filter.state import FilterState, Pose
+from pose_core.filter.state import FilterState, Pose, views_apart_variance
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.published_state import PublishedState
@@ -68,7 +68,9 @@ def interpolate_published(
         compute_joints(body, position, rotations, slides, levers, joints)
         out.covariance[row] = covariance
         for axis in range(3):
-            out.position_variance[row, axis] = state.P[axis, axis]
+            out.position_variance[row, axis] = state.P[axis, axis] + views_apart_variance(
+                state, axis
+            )
 
 
 @compiled_in_place

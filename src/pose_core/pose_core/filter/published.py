@@ -22,7 +22,7 @@ from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuFrame
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.motion import predict_mean, rate_decay
-from pose_core.filter.state import FilterState, Pose
+from pose_core.filter.state import FilterState, Pose, views_apart_variance
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.published_state import PublishedState
@@ -71,6 +71,7 @@ def predict_published(
         out.position_variance[axis] = (
             later_covariance(state.P, first_rate, axis, axis, dt_s, dt_s)
             + dt_s**3 / 3.0 * motion.root_power
+            + views_apart_variance(state, axis)
         )
     for link in range(links):
         fill_relative_covariance(constants, state, dt_s, rate_times_s, link, out.covariance[link])

@@ -48,6 +48,7 @@ class FilterState(NamedTuple):
     offset_variance: FloatArray  # (sensors, joints) [m²]
     nis: FloatArray  # (sensors, joints) smoothed normalised innovation squared [-]
     silent_s: FloatArray  # (sensors,) [s] since each camera's last frame
+    view_apart: FloatArray  # (sensors, 3) [m] of each view's joints from the state's, on average
     contradicted_s: FloatArray  # (links,) [s] for which all cameras have contradicted the link
     waist_mean: FloatArray  # (2,) [rad] of lateral bending and rotation, uncorrected
     waist_s: FloatArray  # (1,) [s] averaging time of that mean
@@ -111,6 +112,7 @@ def start_state(
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
         nis=np.zeros((sensors, joints)),
         silent_s=np.full(sensors, SILENT_AT_START_S),
+        view_apart=np.zeros((sensors, 3)),
         contradicted_s=np.zeros(links),
         waist_mean=np.zeros(2),
         waist_s=np.zeros(1),
@@ -157,6 +159,17 @@ def another_camera_sends(state: FilterState, sensor: int) -> bool:
         if other != sensor and state.silent_s[other] < CAMERA_TIMEOUT_S:
             return True
     return False
+
+
+@compiled_in_place
+def views_apart_variance(state: FilterState, axis: int) -> float:
+    """Mean square distance [m²] of the cameras' views from the state, along one axis of map."""
+    squared, cameras = 0.0, 0
+    for sensor in range(len(state.silent_s)):
+        if state.silent_s[sensor] < CAMERA_TIMEOUT_S:
+            squared += state.view_apart[sensor, axis] ** 2
+            cameras += 1
+    return squared / max(cameras, 1)
 
 
 @compiled_in_place

@@ -9,6 +9,9 @@ A frame's stamp is first corrected by its tracker's delay. Where IMUs measure th
 remaining delay shows as a residual along the velocity. It is estimated by a robust regression over
 the links that carry an IMU, with a prior around the known delay.
 
+Two views that are apart as a whole, as after a bump, cannot both be right: each one's mean distance
+from the state is part of the position's published variance.
+
 Where all cameras measure a joint far from its prediction for long, they contradict the IMU on its
 link (:class:`pose_core.filter.imu_alignments.ImuAlignments`).
 """
@@ -31,6 +34,7 @@ SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.2  # [s] of a tracker
 DELAY_GAIN = 2.2
 """[-] The state follows a late camera in part, so residuals show less than half of a delay. With
 this gain, no lag was left in sessions with nine IMUs."""
+VIEW_APART_MEMORY_S = 1.0  # [s] over which a view's distance from the state is averaged
 CONTRADICTED = 25.0  # [-] smoothed NIS above which the cameras contradict a link
 
 
@@ -55,6 +59,7 @@ def update_tracker_errors(
     """
     estimate_depth_errors(update, state)
     estimate_offsets(update, state)
+    estimate_view_apart(update, state)
     estimate_delay(constants, update, state)
     smooth_nis(constants, update, state)
     add_contradictions(constants, update, state)
@@ -84,6 +89,21 @@ def estimate_offsets(update: FrameUpdate, state: FilterState) -> None:
                 if other != sensor:
                     state.offset[other, joint, axis] -= change[axis] / (sensors - 1)
         state.offset_variance[sensor, joint] *= 1.0 - gain
+
+
+@compiled_in_place
+def estimate_view_apart(update: FrameUpdate, state: FilterState) -> None:
+    """Update the mean distance of a view's joints from the predicted ones."""
+    if update.joints == 0:
+        return
+    apart = state.view_apart[update.frame.sensor]
+    share = 1.0 - np.exp(-update.gap_s / VIEW_APART_MEMORY_S)
+    for axis in range(3):
+        total = 0.0
+        for group in range(update.joints):
+            joint = update.rows.source[group]
+            total += update.frame.positions[joint, axis] - update.predicted.positions[joint, axis]
+        apart[axis] += share * (total / update.joints - apart[axis])
 
 
 @compiled

@@ -135,6 +135,14 @@ class Pipeline:
         return dict(zip(self.parameters.sensors, delays, strict=True))
 
     @property
+    def views_apart_m(self) -> Mapping[str, float]:
+        """Distance of each sensor's view of the person from the estimate [m], if known."""
+        apart = self._runner.estimator.views_apart_m
+        return (
+            {} if apart is None else dict(zip(self.parameters.sensors, apart.tolist(), strict=True))
+        )
+
+    @property
     def imus_late_s(self) -> float:
         """By how much the IMUs' samples come later than the frames [s]; 0 if they do not."""
         earliest_s = min((delay_s for delay_s, _ in self.tracker_delays_s.values()), default=0.0)

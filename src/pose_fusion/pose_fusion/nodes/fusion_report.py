@@ -9,6 +9,8 @@ from pose_fusion.sample_reader import SampleReader
 from pose_fusion.watching.cameras import MISSED_CHECKS, UNDECIDED
 from pose_node.node_status import Level, Report
 
+APART_M = 0.15  # [m] of the cameras' views of the subject; late trackers cause a part of it
+
 
 class FusionReporter:
     """Reports the state of the tracking, the sensors in use, and the latency."""
@@ -21,6 +23,7 @@ class FusionReporter:
         self._missed = 0  # checks in a row without new estimates
         self._too_late = 0  # frames, at the last check
         self._late_checks = 0  # checks in a row with more of them
+        self._apart_checks = 0  # checks in a row in which the cameras' views were apart
         self._named: set[str] = set()
         self._unoriented: set[str] = set()  # IMUs whose messages have no orientation
         self.latency_s = 0.0  # [s] of the subject's last estimate
@@ -33,6 +36,7 @@ class FusionReporter:
         too_late = self._pipeline.subject.counters.as_dict().get("frames_too_late", 0)
         self._late_checks = self._late_checks + 1 if too_late > self._too_late else 0
         self._too_late = too_late
+        self._apart_checks = self._apart_checks + 1 if self._apart_m > APART_M else 0
         is_undecided = self._pipeline.is_undecided
         self._watch.check(self._pipeline.subject_frames, is_undecided=is_undecided)
         self._unoriented = {s for s, is_any in self._reader.oriented.items() if not is_any}
@@ -43,6 +47,11 @@ class FusionReporter:
     @property
     def _is_tracking(self) -> bool:
         return self._estimates > 0 and self._missed <= MISSED_CHECKS
+
+    @property
+    def _apart_m(self) -> float:
+        """How far the cameras' views of the subject are apart [m]."""
+        return sum(self._pipeline.subject.views_apart_m.values())
 
     def _unused_sources(self) -> set[str]:
         subject = self._pipeline.subject
@@ -57,6 +66,8 @@ class FusionReporter:
         missing = {*self.excluded, *self._watch.missing, *imus, *names}
         if self._late_checks > MISSED_CHECKS:
             missing.add("late frames")
+        if self._apart_checks > MISSED_CHECKS:
+            missing.add("views")
         if subject.imus_late_s:
             missing.add("the IMUs' clock")
         return missing if self._is_tracking else {*missing, "everything"}
@@ -149,6 +160,9 @@ class FusionReporter:
                 yield f"{sensor} does not show the subject: {why}"
         for sensor, why in self._watch.faulty.items():
             yield f"{sensor}: {why}"
+        if self._apart_checks > MISSED_CHECKS:
+            what = f"the cameras' views are {self._apart_m:.2f} m apart"
+            yield f"{what}: calibrate again if one has been moved"
         for sensor, joints in self._held_joints.items():
             what = "it repeats their positions: they are not used"
             yield f"{sensor} holds {', '.join(joints)}: {what}"
