@@ -97,10 +97,13 @@ class ReferenceFilter:
         if len(imus.links) == 0:
             return information
         groups = list(imu_groups(self.constants.imu, self.state, imus))
-        if min(self.state.silent_s) > CAMERA_TIMEOUT_S:
+        is_unseen = min(self.state.silent_s) > CAMERA_TIMEOUT_S
+        if is_unseen:
             groups += posture_groups(self.constants, self.state)
-            groups += standing_foot_groups(self.constants.camera.body, self.state)
         robust_update(self.state, groups, self.constants.imu_update)
+        if is_unseen:
+            for feet in standing_foot_groups(self.constants.camera.body, self.state):
+                robust_update(self.state, [feet], self.constants.imu_update)
         for group in groups[: 2 * len(imus.links) : 2]:
             information[group.source] += group.weight * np.linalg.inv(group.noise)
         return information

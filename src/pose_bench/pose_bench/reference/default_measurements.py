@@ -263,22 +263,26 @@ def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[G
 
 
 def standing_foot_groups(body: BodyArrays, state: FilterState) -> Iterator[Group]:
-    """The root's velocity by each foot, as if it stood."""
+    """The root's velocity by the feet, as if they stood."""
     feet = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
     carriers = [np.flatnonzero(np.any(body.offsets[foot] != 0.0, axis=1)) for foot in feet]
     if not all(state.has_imu[links[1:]].all() for links in carriers):
         return
-    levers = levers_of(body, state.pose.rotations, state.pose.slides)
-    heights = levers[feet].sum(axis=1)[:, 2]
-    for foot, links, height in zip(feet, carriers, heights, strict=True):
-        arms = levers[foot].copy()
+    levers = levers_of(body, state.pose.rotations, state.pose.slides)[feet]
+    height = levers.sum(axis=1)[:, 2]
+    for arms, links in zip(levers, carriers, strict=True):
         arms[links[-1]] *= 1.2
-        H = np.zeros((3, len(state.P)))
-        velocity = columns(state)[1]
-        H[:, velocity : velocity + 3] = np.eye(3)
-        foot_velocity = state.pose.velocity + np.cross(state.pose.rates, arms).sum(axis=0)
-        stddev = 0.1 + 8.0 * (height - min(heights))
-        yield Group(H=H, residual=-foot_velocity, noise=stddev**2 * np.eye(3), student_dof=1.0)
+    carried = -np.cross(state.pose.rates, levers).sum(axis=1)
+    apart = np.linalg.norm(carried - state.pose.velocity, axis=1)
+    weights = 1.0 / ((1.0 + (height - min(height)) / 0.1) ** 2 * (1.0 + (apart / 0.3) ** 2))
+    H = np.zeros((3, len(state.P)))
+    velocity = columns(state)[1]
+    H[:, velocity : velocity + 3] = np.eye(3)
+    yield Group(
+        H=H,
+        residual=weights @ carried / weights.sum() - state.pose.velocity,
+        noise=0.01 * np.eye(3),
+    )
 
 
 def hinges(posture: PostureConstants) -> Iterator[tuple[int, int, float]]:

@@ -1,20 +1,21 @@
 r"""Standing foot: while no camera sees the person, the foot on the floor carries the root.
 
 A foot that stands does not move. With an IMU on thigh and shank, the links' rates tell how the root
-moves over it:
+would move over each foot f, with the lever arms r of the links that carry it:
 
-.. math:: -\sum_l \omega_l \times r_l = v + n, \quad
-          \sigma_n = \sigma_0 + \sigma_h \, (h - h_\mathrm{lowest})
+.. math:: v_f = -\sum_l \omega_l \times r_{fl}, \quad
+          \frac{\sum_f w_f v_f}{\sum_f w_f} = v + n, \quad
+          w_f = \frac{1}{(1 + h_f / h_0)^2 \, (1 + |v_f - v|^2 / s^2)}
 
-with the lever arms r of the links that carry the foot, and its height h. The higher foot counts
-less, since it swings; which of the two stands is also told by the velocity before, through the
-heavy tails of n. The shank is taken as longer than to the ankle: the foot rolls over heel and ball.
+The foot that stands is the lower one, by the height h above the other, and the one that goes on as
+the root has moved: one that swings would carry it at another velocity. The shank is taken as longer
+than to the ankle, because the foot rolls over heel and ball.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.filter.rows import Rows, add_group
+from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_PAIRS, JOINTS
 from pose_core.kernels.compiling import compiled, compiled_in_place
@@ -25,34 +26,39 @@ from pose_core.kernels.joint_kinematics import (
 )
 
 LEFT_FOOT, RIGHT_FOOT = JOINT_PAIRS["foot"]
-STDDEV = 0.1  # [m/s]
-STDDEV_OF_HEIGHT = 8.0  # [1/s] in addition, for each metre above the lower foot
-STUDENT_DOF = 1.0  # [-]
+STDDEV = 0.1  # [m/s] n along each axis
+HEIGHT = 0.1  # [m] h₀
+SPEED = 0.3  # [m/s] s
 LONGER_SHANK = 1.2  # [-]
 
 
 @compiled
 def add_standing_foot_rows(body: BodyArrays, state: FilterState, rows: Rows) -> None:
-    """Add three rows for each foot, if all links of the legs have an IMU."""
+    """Add three rows for the root's velocity, if all links of the legs have an IMU."""
     pose = state.pose
     levers, joints = np.zeros((len(JOINTS), len(pose.rates), 3)), np.empty((len(JOINTS), 3))
-    from_root = np.empty((len(JOINTS), 3))
     compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
     for foot in (LEFT_FOOT, RIGHT_FOOT):
         if not has_imus(body, foot, state.has_imu):
             return
         shank = body.carriers[foot, body.carrier_count[foot] - 1]
         levers[foot, shank] *= LONGER_SHANK
+    from_root = np.empty((len(JOINTS), 3))
     compute_joint_velocities(body, levers, np.zeros(3), pose.rates, from_root)
     lowest = min(joints[LEFT_FOOT, 2], joints[RIGHT_FOOT, 2])
+    carried, weights = np.zeros(3), 0.0
     for foot in (LEFT_FOOT, RIGHT_FOOT):
-        group = add_group(rows, 3, STUDENT_DOF, foot)
-        first, velocity = rows.first[group], state.layout.first_rate
-        stddev = STDDEV + STDDEV_OF_HEIGHT * (joints[foot, 2] - lowest)
-        for axis in range(3):
-            rows.residual[first + axis] = -from_root[foot, axis] - pose.velocity[axis]
-            rows.noise[group, axis, axis] = stddev**2
-            rows.H[first + axis, velocity + axis] = 1.0
+        apart = np.sum((from_root[foot] + pose.velocity) ** 2)
+        height = joints[foot, 2] - lowest
+        weight = 1.0 / ((1.0 + height / HEIGHT) ** 2 * (1.0 + apart / SPEED**2))
+        carried -= weight * from_root[foot]
+        weights += weight
+    group = add_group(rows, 3, NORMAL, LEFT_FOOT)
+    first = rows.first[group]
+    for axis in range(3):
+        rows.residual[first + axis] = carried[axis] / weights - pose.velocity[axis]
+        rows.noise[group, axis, axis] = STDDEV**2
+        rows.H[first + axis, state.layout.first_rate + axis] = 1.0
 
 
 @compiled_in_place

@@ -60,15 +60,20 @@ def update_with_imus(
     count = len(imus.links)
     if count == 0:
         return True
-    others = most_posture_rows(constants.posture) + 6
-    rows = make_rows(6 * count + others, 2 * count + others, len(state.P))
+    is_unseen = min(state.silent_s) > CAMERA_TIMEOUT_S
+    posture_rows = most_posture_rows(constants.posture) if is_unseen else 0
+    rows = make_rows(6 * count + posture_rows, 2 * count + posture_rows, len(state.P))
     add_imu_rows(constants.imu, state, imus, rows)
-    if min(state.silent_s) > CAMERA_TIMEOUT_S:
+    if is_unseen:
         add_posture_rows(constants.posture, state.pose.rotations, rows)
-        add_standing_foot_rows(constants.camera.body, state, rows)
     update = robust_update(constants.imu_update, state, rows)
     if not update.is_finite:
         return False
+    if is_unseen:  # with the rates that the IMUs have measured
+        feet = make_rows(3, 1, len(state.P))
+        add_standing_foot_rows(constants.camera.body, state, feet)
+        if feet.filled[0] > 0 and not robust_update(constants.imu_update, state, feet).is_finite:
+            return False
     for row in range(count):
         orientation = 2 * row  # groups alternate: orientation, rate
         noise = symmetric(rows.noise[orientation])

@@ -45,7 +45,7 @@ SLOW_S = 2.0  # [s] at the start and after a silence, differences are reduced sl
 MOVED_M = 0.3  # [m] by which a person has moved who is seen again elsewhere
 RETURNING_S = 0.2  # [s] after the first frame of them, while the filter moves there
 UNSEEN_SPEED = 0.7  # [m/s] of an unseen person along each horizontal axis (standard deviation)
-CARRIED_SPEED = 0.25  # [m/s] error of the same while the IMUs of both legs carry the root
+CARRIED_SPEED = 0.2  # [m/s] error of the same while the IMUs of both legs carry the root
 
 
 class Blending(NamedTuple):
