@@ -18,7 +18,7 @@ from pose_core.streams.samples import ImuSample
 DURATION_S = 26.0
 STANDS_S = 4.0  # what comes before is cut off: nobody is seen to stand
 JUDGED_S = 21.0
-MS = 1_000_000
+MS, S = 1_000_000, 1_000_000_000
 EXCHANGED = {"left_thigh": "left_forearm", "left_forearm": "left_thigh"}
 ANGLES = ("left_knee_flexion", "right_elbow_flexion", "left_hip_abduction", "right_hip_rotation")
 
@@ -100,6 +100,46 @@ def test_imus_on_exchanged_segments_are_used_as_worn_and_reported(exchanged):
     assert {n: use.worn_on for n, use in exchanged.items() if use.worn_on} == EXCHANGED
     assert {name for name, use in exchanged.items() if "exchanged" in str(use)} == set(EXCHANGED)
     assert all(use.is_aligned for use in exchanged.values())
+
+
+def test_exchanged_imus_that_are_put_back_are_on_their_own_segments_again(session):
+    _, _, skeletons, imus = session
+    back_ns = START_NS + 19 * S
+    until_back = [
+        replace(s, segment=EXCHANGED.get(s.segment, s.segment)) if s.stamp_ns < back_ns else s
+        for s in imus
+    ]
+    samples = merged(skeletons, until_back)
+    pipeline, _ = run([s for s in samples if s.stamp_ns < back_ns])
+    assert {n: use.worn_on for n, use in uses_of(pipeline).items() if use.worn_on} == EXCHANGED
+    fused(pipeline, [s for s in samples if s.stamp_ns >= back_ns])
+    uses = uses_of(pipeline)
+    assert {name: use.worn_on for name, use in uses.items() if use.worn_on} == {}
+    assert all(back_ns < uses[name].aligned_ns < back_ns + 4 * S for name in EXCHANGED)
+
+
+@pytest.mark.parametrize("is_moved", [False, True])
+def test_an_imu_is_used_again_soon_after_a_pause_also_if_it_was_strapped_on_anew(session, is_moved):
+    _, _, skeletons, imus = session
+    pause_ns = (START_NS + 16 * S, START_NS + 19 * S)
+    moved = Rotation.from_rotvec([0.0, 0.9, 0.9]) if is_moved else Rotation.identity()
+
+    def worn(sample):
+        if sample.segment != "right_thigh" or sample.stamp_ns < pause_ns[0]:
+            return sample
+        orientation = (Rotation.from_quat(sample.orientation) * moved).as_quat()
+        rate = moved.inv().apply(sample.angular_velocity)
+        return replace(sample, orientation=orientation, angular_velocity=rate)
+
+    heard = [
+        worn(s)
+        for s in imus
+        if s.segment != "right_thigh" or not pause_ns[0] < s.stamp_ns < pause_ns[1]
+    ]
+    use = uses_of(run(merged(skeletons, heard))[0])["right_thigh"]
+    assert use.is_aligned
+    assert pause_ns[1] < use.aligned_ns < pause_ns[1] + (5 if is_moved else 2) * S
+    assert use.contradictions == int(is_moved)
 
 
 def test_an_imu_of_an_unknown_segment_is_reported(session):

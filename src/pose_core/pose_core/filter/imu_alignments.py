@@ -109,6 +109,7 @@ class ImuAlignments:
             if self._has_slipped(worn, imus):
                 worn.slips = imus.slips[worn.use.segment]
                 self._forget(worn, state)
+                self._put_back(worn, state)
             worn.use.frames_used += worn.use.is_aligned
             worn.knows_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
@@ -245,7 +246,7 @@ class ImuAlignments:
         self._set_aside(worn, state)
 
     def _put_back(self, worn: WornImu, state: FilterState) -> None:
-        """Take two exchanged IMUs to be on their own segments again, if both are contradicted."""
+        """Take exchanged IMUs to be on their own segments again, if both slip or contradict."""
         other = self._imus.worn_by_name(worn.worn_on)
         if other is None or other.worn_on != worn.use.segment or other is worn:
             return
