@@ -39,6 +39,7 @@ from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 LARGEST_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
 SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
+LONGEST_BRIDGED_S = 5.0  # [s] silence of all sensors after which aligned IMUs do not go on
 LATEST_S = 0.1  # [s] frames that are later are not used: their update would amplify errors of rates
 JUMP_BACK_S = JUMP_BACK_NS / NS_PER_S
 DIVERGED_SHARE = 0.5  # [-] of joints far from their prediction: the person is lost
@@ -209,7 +210,7 @@ class DefaultEstimator(StepwiseEstimator):
         has_imus = len(observation.imus) > 0 and self._has_aligned
         if ahead_s <= -JUMP_BACK_S:
             return self._start(observation, RestartCause.TIME_JUMP)
-        if is_apart and not has_imus:
+        if is_apart and (not has_imus or ahead_s > LONGEST_BRIDGED_S):
             return self._start(observation, RestartCause.GAP)
         if ahead_s > 0.0:
             self._filter.predict(ahead_s)

@@ -121,6 +121,7 @@ class ImuAlignments:
             if gap_ns > RESTRAPPED_NS or (gap_ns > LONGEST_GAP_NS and not worn.knows_north):
                 if worn.use.is_aligned:
                     worn.former_alignment = _after_gap(self._alignment_of(worn, state), gap_ns)
+                    worn.may_be_restrapped = gap_ns > RESTRAPPED_NS
                 self._set_aside(worn, state)
 
     def frame(self, imus: ImuMeasurements) -> ImuFrame:
@@ -223,7 +224,8 @@ class ImuAlignments:
         """The alignment of an IMU, with what is known of its mounting, or without if that fails."""
         known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
         north = self._north(worn, state)
-        found = worn.alignment.solve(known, north)
+        is_doubtful = worn.former_alignment is not None and worn.may_be_restrapped
+        found = worn.alignment.solve(known, north, is_doubtful=is_doubtful)
         worn.use.does_not_fit = worn.alignment.does_not_fit
         if known is None or found is not None:
             return found

@@ -23,6 +23,7 @@ class WornImu:
     last_ns: int | None = None
     slips: int = 0  # number of slips handled so far
     former_alignment: SensorToSegment | None = None  # alignment before a restart
+    may_be_restrapped: bool = False  # since that alignment
     slipping_until_ns: int = 0  # [ns] it is known to slip before, and not used
 
     @property

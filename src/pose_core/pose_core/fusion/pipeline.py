@@ -314,11 +314,11 @@ def _exchanged(worn_on: str) -> str:
 
 
 def _disturbed(walk: float | None) -> str:
-    """What a heading's walk [rad/√s] tells of the magnetic field; empty if it is undisturbed."""
+    """What a heading's walk [rad/√s] tells; empty if it is usual."""
     if walk is None:
         return ""
     what = f"its heading walks by {np.degrees(walk):.0f}° within a second against its gyroscope"
-    return f"its magnetic field is disturbed, {what}: keep it from metal and motors"
+    return f"{what}: keep it from the metal and motors of a magnetic field, and tighten its strap"
 
 
 def _ahead(clock: Clock) -> str:

@@ -117,13 +117,18 @@ class SegmentAlignment:
         )
 
     def solve(
-        self, mounting: SensorToSegment | None = None, north: float | None = None
+        self,
+        mounting: SensorToSegment | None = None,
+        north: float | None = None,
+        *,
+        is_doubtful: bool = False,
     ) -> Alignment | None:
         """Return the alignment, or None while it is too uncertain.
 
         Args:
             mounting: Known mounting of a calibration; then only the heading is estimated.
             north: Heading in map [rad] of the other IMUs that know north, if this one does.
+            is_doubtful: Whether the mounting may have changed; then it has to fit better.
         """
         if not np.any(self._sums):
             return None
@@ -135,7 +140,8 @@ class SegmentAlignment:
         # Mean squared distance of the axes from the solution's, over its expected variance.
         weight, axis_s = self._total
         fitted = np.sum(found.R_sensor_link * _cost_matrix(self._sums, found.heading))
-        most_misfit = self._most_misfit * (1.0 if mounting is None else KNOWN_MISFIT)
+        is_trusted = mounting is not None and not is_doubtful
+        most_misfit = self._most_misfit * (KNOWN_MISFIT if is_trusted else 1.0)
         fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= most_misfit
         is_settled = bool(self._total[1] > 3.0 * JUDGED_S)
         self.does_not_fit = bool(not fits and is_settled)

@@ -15,6 +15,8 @@ from pose_core.kernels.output_blending import (
     BLEND_OF_PREDICTION,
     BLEND_S,
     CARRIED_SPEED,
+    FLIGHT_M,
+    FLIGHT_S,
     LONGEST_GAP_S,
     UNSEEN_SPEED,
     Blending,
@@ -151,14 +153,24 @@ def blend(
     """
     dof.blended[:] = 0.0
     blend_root(root_dt_s, root_blend_s, R_map_root, blending, dof)
-    speed = CARRIED_SPEED if np.all(dof.information[1, body.legs] > 0.0) else UNSEEN_SPEED
-    walked = speed * max(blending.unseen_s[0] - LONGEST_GAP_S, 0.0)
-    for axis in range(2):
-        dof.blended[axis] += walked**2
+    add_unseen_motion(body, blending.unseen_s[0], dof)
     is_known[:ROOT_DOF] = True
     for at in range(ROOT_DOF, len(is_known)):
         is_known[at] = blend_angle(blending, at, dt_s, dof, body.limits[at])
     doubt_sweeping_joints(body.model, body.limits, blending, dof, is_known)
+
+
+@compiled
+def add_unseen_motion(body: OutputBody, unseen_s: float, dof: DofEstimate) -> None:
+    """Add to the root's variances how far it may have moved since cameras have last seen it."""
+    is_carried = np.all(dof.information[1, body.legs] > 0.0)
+    speed = CARRIED_SPEED if is_carried else UNSEEN_SPEED
+    walked = speed * max(unseen_s - LONGEST_GAP_S, 0.0)
+    for axis in range(2):
+        dof.blended[axis] += walked**2
+    if is_carried:
+        for axis in range(3):
+            dof.blended[axis] += (FLIGHT_M * min(unseen_s / FLIGHT_S, 1.0)) ** 2
 
 
 @compiled

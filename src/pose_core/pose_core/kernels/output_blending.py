@@ -46,6 +46,8 @@ MOVED_M = 0.3  # [m] by which a person has moved who is seen again elsewhere
 RETURNING_S = 0.2  # [s] after the first frame of them, while the filter moves there
 UNSEEN_SPEED = 0.7  # [m/s] of an unseen person along each horizontal axis (standard deviation)
 CARRIED_SPEED = 0.2  # [m/s] error of the same while the IMUs of both legs carry the root
+FLIGHT_M = 0.15  # [m] along each axis in addition: a jump carries the root, and no foot tells
+FLIGHT_S = 0.5  # [s] within which it may
 
 
 class Blending(NamedTuple):
