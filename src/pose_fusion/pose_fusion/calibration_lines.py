@@ -4,11 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pose_core.api import ONE_IMU, Clock, Clocks, Extrinsics
+from pose_calibration.inertial.imu_clock import TRACKER_DELAY_S
+from pose_core.api import IMUS, ONE_IMU, Clock, Clocks, Extrinsics
 
 LARGE_DRIFT = 1e-4  # [-] that quartzes hardly have
 CERTAIN = 3.0  # [-] standard deviations
 MS_PER_MINUTE = 6e4  # [ms/min] of a drift of 1
+SPLIT = f" (with trackers {1e3 * TRACKER_DELAY_S:.0f} ms late, which cannot be told from it)"
 
 
 def floor_line(extrinsics: Extrinsics) -> str:
@@ -29,7 +31,7 @@ def floor_line(extrinsics: Extrinsics) -> str:
 def clocks_line(extrinsics: Extrinsics, source: str) -> str:
     """One line about the clocks, which are known from ``source``; empty if there are none."""
     ahead = [
-        f"{name} {one.offset_ns / 1e6:+.0f} ms{_drift(one)}"
+        f"{name} {one.offset_ns / 1e6:+.0f} ms{_drift(one)}{SPLIT if name == IMUS else ''}"
         for name, one in extrinsics.clocks.items()
     ]
     single = [line.removeprefix(ONE_IMU) for line in ahead if line.startswith(ONE_IMU)]

@@ -40,7 +40,7 @@ WORN = (0, 1, 3, 4, 5, 6, 7, 8, 9)
 MEAN = ("position", "rotations", "slides", "velocity", "rates")
 BESIDE = (
     *("P", "delay", "delay_sums", "R_sensor_link", "heading", "offset", "offset_variance"),
-    *("nis", "silent_s", "contradicted_s", "view_apart"),
+    *("nis", "silent_s", "contradicted_s", "view_apart", "foot_height"),
     *("depth_error", "depth_error_variance", "depth_error_power", "depth_noise"),
     *("waist_mean", "waist_s", "shared_offset"),
 )

@@ -13,6 +13,7 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from pose_bench.reference.default_measurements import (
+    FEET,
     Group,
     PlainView,
     camera_groups,
@@ -39,7 +40,7 @@ LARGEST_STDDEV = 1.2  # [rad]
 CAMERA_TIMEOUT_S = 0.15  # [s]
 DELAYS_S = (-0.02, 0.2)
 DELAY_GAIN = 2.2
-VIEW_APART_S = 1.0
+VIEW_APART_S, FOOT_HEIGHT_S = 1.0, 2.0  # [s]
 DEPTH_MEMORY_S, DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 1.0, 10.0, 3.0
 LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
 WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
@@ -102,8 +103,9 @@ class ReferenceFilter:
             groups += posture_groups(self.constants, self.state)
         robust_update(self.state, groups, self.constants.imu_update)
         if is_unseen:
-            for feet in standing_foot_groups(self.constants.camera.body, self.state):
-                robust_update(self.state, [feet], self.constants.imu_update)
+            feet = list(standing_foot_groups(self.constants.camera.body, self.state))
+            if feet:
+                robust_update(self.state, feet, self.constants.imu_update)
         for group in groups[: 2 * len(imus.links) : 2]:
             information[group.source] += group.weight * np.linalg.inv(group.noise)
         return information
@@ -121,6 +123,10 @@ class ReferenceFilter:
             apart = [frame.positions[each.source] - view.positions[each.source] for each in joints]
             old, share = state.view_apart[frame.sensor], 1.0 - np.exp(-view.gap_s / VIEW_APART_S)
             state.view_apart[frame.sensor] = (1.0 - share) * old + share * np.mean(apart, axis=0)
+        lowest = min(view.positions[FEET, 2])
+        kept = np.exp(-view.gap_s / FOOT_HEIGHT_S)
+        before = np.where(np.isfinite(state.foot_height), state.foot_height, lowest)
+        state.foot_height[:] = kept * before + (1.0 - kept) * lowest
         self._estimate_delay(view, joints)
         if joints:
             self._estimate_shared_offsets(view)

@@ -28,6 +28,7 @@ FASTEST_LINK = 6.0  # [rad/s] above which noise is constant
 HELD_JERK = 100.0  # [rad/s³]
 SOFTNESS, STAND_OFF, LEAST_DEFINED = 0.02, 0.06, 1e-3  # [m], [m], [-]
 HINGE_DOF = 3.0  # [-]
+FEET = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
 
 
 @dataclass(kw_only=True)
@@ -263,12 +264,11 @@ def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[G
 
 
 def standing_foot_groups(body: BodyArrays, state: FilterState) -> Iterator[Group]:
-    """The root's velocity by the feet, as if they stood."""
-    feet = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
-    carriers = [np.flatnonzero(np.any(body.offsets[foot] != 0.0, axis=1)) for foot in feet]
+    """The root's velocity and height by the feet, as if they stood."""
+    carriers = [np.flatnonzero(np.any(body.offsets[foot] != 0.0, axis=1)) for foot in FEET]
     if not all(state.has_imu[links[1:]].all() for links in carriers):
         return
-    levers = levers_of(body, state.pose.rotations, state.pose.slides)[feet]
+    levers = levers_of(body, state.pose.rotations, state.pose.slides)[FEET]
     height = levers.sum(axis=1)[:, 2]
     for arms, links in zip(levers, carriers, strict=True):
         arms[links[-1]] *= 1.2
@@ -283,6 +283,10 @@ def standing_foot_groups(body: BodyArrays, state: FilterState) -> Iterator[Group
         residual=weights @ carried / weights.sum() - state.pose.velocity,
         noise=0.01 * np.eye(3),
     )
+    if np.isfinite(state.foot_height[0]):
+        above = state.pose.position[2] + min(height)
+        H = np.eye(1, len(state.P), 2)
+        yield Group(H=H, residual=state.foot_height - above, noise=np.array([[0.05**2]]))
 
 
 def hinges(posture: PostureConstants) -> Iterator[tuple[int, int, float]]:

@@ -48,6 +48,7 @@ class FilterState(NamedTuple):
     offset_variance: FloatArray  # (sensors, joints) [m²]
     nis: FloatArray  # (sensors, joints) smoothed normalised innovation squared [-]
     silent_s: FloatArray  # (sensors,) [s] since each camera's last frame
+    foot_height: FloatArray  # (1,) [m] of the lower foot above map's plane, as last seen
     view_apart: FloatArray  # (sensors, 3) [m] of each view's joints from the state's, on average
     contradicted_s: FloatArray  # (links,) [s] for which all cameras have contradicted the link
     waist_mean: FloatArray  # (2,) [rad] of lateral bending and rotation, uncorrected
@@ -112,6 +113,7 @@ def start_state(
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
         nis=np.zeros((sensors, joints)),
         silent_s=np.full(sensors, SILENT_AT_START_S),
+        foot_height=np.full(1, np.nan),
         view_apart=np.zeros((sensors, 3)),
         contradicted_s=np.zeros(links),
         waist_mean=np.zeros(2),

@@ -17,7 +17,7 @@ from pose_core.filter.layout import rotation_column
 from pose_core.filter.posture import add_posture_rows, most_posture_rows, turn_back
 from pose_core.filter.rows import make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
-from pose_core.filter.standing_foot import add_standing_foot_rows
+from pose_core.filter.standing_foot import add_standing_foot_rows, note_foot_height
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.tracker_errors import LONGEST_GAP_S, update_tracker_errors
 from pose_core.filter.update import robust_update
@@ -70,7 +70,7 @@ def update_with_imus(
     if not update.is_finite:
         return False
     if is_unseen:  # with the rates that the IMUs have measured
-        feet = make_rows(3, 1, len(state.P))
+        feet = make_rows(4, 2, len(state.P))
         add_standing_foot_rows(constants.camera.body, state, feet)
         if feet.filled[0] > 0 and not robust_update(constants.imu_update, state, feet).is_finite:
             return False
@@ -113,6 +113,7 @@ def update_with_frame(
     state.silent_s[frame.sensor] = 0.0
     update = FrameUpdate(frame, view, gap_s, rows, joint_groups, result)
     update_tracker_errors(constants.tracker_errors, update, state)
+    note_foot_height(view.positions, gap_s, state)
     if joint_groups > 0:
         estimate_shared_offsets(constants.shared_offsets, update, state)
     add_link_information(update, information)

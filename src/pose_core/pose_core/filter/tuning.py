@@ -117,7 +117,7 @@ class FilterTuning:
     posture: PosturePrior = field(default_factory=PosturePrior)
     imu: ImuNoise = field(default_factory=ImuNoise)
     start: StartNoise = field(default_factory=StartNoise)
-    arm_length: float = 0.98  # [-] of the measured: noise lengthens bones, and flexes long arms
+    arm_length: float = 0.99  # [-] of the measured: noise lengthens bones, and flexes long arms
 
     def for_cameras(self, cameras: int) -> "FilterTuning":
         """The parameters for a number of cameras.

@@ -48,7 +48,7 @@ class ImuUse:
         if self.contradictions:
             what = "the cameras or its gyroscope contradict it"
             return f"{what}: check its strap and its segment; move to realign it"
-        return "not aligned yet: move and turn the segment in view of the cameras"
+        return "not aligned yet: move, lean and turn the segment in view of the cameras"
 
     def __str__(self) -> str:
         return f"{self._use}; {self.remark}" if self.remark else self._use

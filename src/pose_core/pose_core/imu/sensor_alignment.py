@@ -46,11 +46,13 @@ SAMPLES_PER_S = 1.0 / 0.4  # [1/s] independent ones: correlation time of the cam
 MEMORY_S = 60.0  # [s] time constant of the sums
 LEAST_GAP = 4.0  # [-] required lead of the best heading in log-likelihood
 LEAST_SETTLED_GAP = 2.0  # [-] the same after ``JUDGED_S``: upright, few headings are excluded
+LEAST_SPINE_GAP = 1.0  # [-] the same of pelvis and trunk: who stays upright turns only about z
 MOST_HEADING_STDDEV = 0.31  # [rad]
+MOST_SPINE_HEADING_STDDEV = 0.45  # [rad] of these after ``JUDGED_S``: the mounting takes it up
 MOST_TILT_STDDEV = 0.26  # [rad] about the axes across the link
 JUDGED_S = 15.0  # [s] in view before a lack of fit or of lead is judged
 MOST_MISFIT = 1.1  # [-] above which the IMU's motion does not fit the link
-MOST_ARM_MISFIT = 3.0  # [-] the same for arms, where trackers have larger errors
+MOST_ARM_MISFIT = 4.5  # [-] the same for arms, where trackers have larger errors
 KNOWN_MISFIT = 3.0
 """[-] times as much is allowed for a known mounting: a link that the other IMUs have steadied is
 stated to be surer than its tracker's errors let it be."""
@@ -145,9 +147,14 @@ class SegmentAlignment:
         fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= most_misfit
         is_settled = bool(self._total[1] > 3.0 * JUDGED_S)
         self.does_not_fit = bool(not fits and is_settled)
+        least_gap, most_heading = LEAST_GAP, MOST_HEADING_STDDEV
+        if is_settled:
+            least_gap = LEAST_SETTLED_GAP
+            if self._bend_variance > 0.0:
+                least_gap, most_heading = LEAST_SPINE_GAP, MOST_SPINE_HEADING_STDDEV
         is_sure = fits and (
-            found.gap > (LEAST_SETTLED_GAP if is_settled else LEAST_GAP)
-            and stddev[3] < MOST_HEADING_STDDEV
+            found.gap > least_gap
+            and stddev[3] < most_heading
             and max(stddev[0], stddev[1]) < MOST_TILT_STDDEV
         )
         return found if is_sure else None
