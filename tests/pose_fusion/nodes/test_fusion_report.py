@@ -119,7 +119,7 @@ def test_an_imu_without_orientation_or_plausible_stamps_is_not_called_silent():
     until_ns = imus[0].stamp_ns + 2 * NS_PER_S
     reporter, reader = reporter_of(merged(skeletons, [s for s in imus if s.stamp_ns < until_ns]))
     reporter.check()
-    assert "no samples from the IMU on" in reporter.report((), {}, {}).message
+    assert "no samples for 0.2 s from the IMU on" in reporter.report((), {}, {}).message
     reader.oriented = {sample.segment: False for sample in imus}
     reporter.check()
     message = reporter.report((), {}, {}).message
