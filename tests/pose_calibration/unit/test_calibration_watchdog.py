@@ -13,14 +13,14 @@ from pose_core.session.extrinsics import extrinsics_from_map
 BEFORE_S, AFTER_S = 20.0, 5.0
 
 
-def watch(before, after, poses=POSES):
+def watch(before, after, poses=POSES, pause_s=0.066):
     """What is noticed, with the seconds after the change at which it was."""
     watchdog = Watchdog(extrinsics_from_map(poses))
     first_ns = before[-1].stamp_ns
     for frame in before:
         assert watchdog.add(frame) is None
     for frame in after:
-        shifted_ns = frame.stamp_ns - after[0].stamp_ns + first_ns + 66_000_000
+        shifted_ns = frame.stamp_ns - after[0].stamp_ns + first_ns + round(pause_s * 1e9)
         moved = watchdog.add(type(frame)(stamp_ns=shifted_ns, samples=frame.samples))
         if moved is not None:
             return moved, (shifted_ns - first_ns) * 1e-9
@@ -106,6 +106,14 @@ def of_a_visitor(some):
 def test_another_person_in_one_view_is_not_a_moved_sensor():
     before, during = (frames(duration_s=BEFORE_S, noise=0.02, seed=seed) for seed in (1, 2))
     assert watched(before, of_a_visitor(during)).moved is None
+
+
+@pytest.mark.parametrize(("pause_s", "is_noticed"), [(0.066, True), (10.0, False)])
+def test_a_small_difference_after_an_absence_may_be_another_persons(pause_s, is_noticed):
+    before = frames(duration_s=BEFORE_S, noise=0.01, seed=1)
+    after = frames(duration_s=AFTER_S, noise=0.01, seed=2, poses=bumped((0.0, 0.02, 0.0)))
+    moved, _ = watch(before, after, pause_s=pause_s)
+    assert (moved is not None) is is_noticed
 
 
 def test_exchanged_names_of_sides_are_not_a_moved_sensor():

@@ -133,6 +133,25 @@ def test_an_imu_without_orientation_or_plausible_stamps_is_not_called_silent():
     assert "their stamps are zero: set header.stamp to the time of capture" in message
 
 
+def test_views_that_are_apart_are_reported_until_only_one_camera_sees():
+    _, _, skeletons, _ = moving_wearer(4.0)
+    moved = [
+        replace(s, positions=s.positions + [0.0, 0.2, 0.0]) if s.sensor == "right" else s
+        for s in skeletons
+    ]
+    reporter, _ = reporter_of(moved[:-40])
+    for index, sample in enumerate(moved[-40:]):
+        reporter._pipeline.add([sample])
+        if index % 8 == 0:
+            reporter.check()
+    assert "m apart: calibrate again if one has been moved" in reporter.report((), {}, {}).message
+    later = [replace(s, stamp_ns=s.stamp_ns + 4 * NS_PER_S) for s in moved if s.sensor == "left"]
+    for sample in later[:30]:
+        reporter._pipeline.add([sample])
+    reporter.check()
+    assert "m apart" not in reporter.report((), {}, {}).message
+
+
 def test_skeletons_that_are_held_back_are_not_called_nobody():
     _, _, skeletons, _ = moving_wearer(4.0)
     reporter, _ = reporter_of(skeletons)

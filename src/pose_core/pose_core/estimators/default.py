@@ -24,7 +24,7 @@ from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.restart_cause import RestartCause
 from pose_core.filter.start_frames import StartFrames
-from pose_core.filter.state import FilterState
+from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.tracker_errors import LONGEST_GAP_S
 from pose_core.filter.tuning import FilterTuning
@@ -107,7 +107,10 @@ class DefaultEstimator(StepwiseEstimator):
     def views_apart_m(self) -> FloatArray | None:
         """Distance of each camera's view from the estimate, (sensors,) [m]; None if unknown."""
         state = self._filter.state
-        return None if state is None else np.linalg.norm(state.view_apart, axis=1)
+        if state is None:
+            return None
+        is_seeing = state.silent_s < CAMERA_TIMEOUT_S
+        return np.where(is_seeing, np.linalg.norm(state.view_apart, axis=1), 0.0)
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:

@@ -318,7 +318,7 @@ def _disturbed(walk: float | None) -> str:
     if walk is None:
         return ""
     what = f"its heading walks by {np.degrees(walk):.0f}° within a second against its gyroscope"
-    return f"{what}: keep it from the metal and motors of a magnetic field, and tighten its strap"
+    return f"{what}: keep metal and motors from its magnetic field, and tighten its strap"
 
 
 def _ahead(clock: Clock) -> str:
