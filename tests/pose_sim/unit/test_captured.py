@@ -43,6 +43,14 @@ def test_chained_clips_make_no_jump():
     assert max(turn.magnitude().max() for turn in turns) < np.radians(40.0)
 
 
+def test_limbs_keep_their_lengths_between_two_clips():
+    whole = chain(CLIPS, 30.0)
+    for start, end in LIMB_ENDS.values():
+        bones = whole.positions[:, JOINT_INDEX[end]] - whole.positions[:, JOINT_INDEX[start]]
+        lengths = np.linalg.norm(bones, axis=1)
+        np.testing.assert_allclose(lengths, np.median(lengths), rtol=0.02)
+
+
 def test_a_chain_has_the_requested_duration():
     assert len(chain(CLIPS, 2.0)) == round(2.0 * RATE)
 

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
-from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.joints import JOINT_INDEX, JOINTS, LIMB_ENDS
 from pose_sim.captured.bvh import is_bvh, read_bvh
 from pose_sim.captured.clip import RATE, Clip
 
@@ -92,10 +92,18 @@ def _joined(first: Clip, second: Clip) -> Clip:
     weights = share[:, None, None]
     bridge = (1.0 - weights) * first.positions[-1] + weights * positions[0]
     rotations = {}
-    for name in first.rotations.keys() & second.rotations.keys():
+    for name in [each for each in first.rotations if each in second.rotations]:
         before, after = first.rotations[name], turn * second.rotations[name]
         between = Slerp([0.0, 1.0], Rotation.concatenate([before[-1], after[0]]))(share)
         rotations[name] = Rotation.concatenate([before, between, after])
+        if name in LIMB_ENDS:  # a bone turns with its segment and keeps its length
+            start, end = (JOINT_INDEX[joint] for joint in LIMB_ENDS[name])
+            bones = [
+                turned.inv().apply(joints[end] - joints[start])
+                for turned, joints in ((before[-1], first.positions[-1]), (after[0], positions[0]))
+            ]
+            bone = (1.0 - share)[:, None] * bones[0] + share[:, None] * bones[1]
+            bridge[:, end] = bridge[:, start] + between.apply(bone)
     return Clip(
         name=first.name,
         positions=np.concatenate([first.positions, bridge, positions]),
