@@ -109,8 +109,8 @@ class DefaultEstimator(StepwiseEstimator):
         state = self._filter.state
         if state is None:
             return None
-        is_seeing = state.silent_s < CAMERA_TIMEOUT_S
-        return np.where(is_seeing, np.linalg.norm(state.view_apart, axis=1), 0.0)
+        sends = state.silent_s < CAMERA_TIMEOUT_S
+        return np.where(sends, np.linalg.norm(state.view_apart, axis=1), 0.0)
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
