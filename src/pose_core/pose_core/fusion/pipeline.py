@@ -104,6 +104,9 @@ class Pipeline:
             if name in self.imus.inverse:
                 uses[name] = ImuUse(segment=name, refused=INVERSE_ORIENTATION)
                 continue
+            if name in self.imus.history.slow:
+                uses[name] = ImuUse(segment=name, refused=_slow(self.imus.history.slow[name]))
+                continue
             fault = self.imus.rates.faults.get(name)
             instead = "the orientation's change is used"
             rate = f"its angular velocity {fault}; {instead}" if fault else ""
@@ -311,6 +314,11 @@ def _exchanged(worn_on: str) -> str:
         return ""
     what = "exchange them on the body, or in the nodes file"
     return f"it is exchanged with that of {worn_on}, and used there: {what}"
+
+
+def _slow(rate: float) -> str:
+    """Why an IMU with a low rate [Hz] is not used, and what to do."""
+    return f"it sends {rate:.2g} samples a second, and at least 10 are needed: set 100 or more"
 
 
 def _disturbed(walk: float | None) -> str:
