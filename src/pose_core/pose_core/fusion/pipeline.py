@@ -113,7 +113,7 @@ class Pipeline:
             clock = self.clocks.get(ONE_IMU + name, Clock())
             is_apart = clock.offset_ns != 0
             shift = f"its clock is {_ahead(clock)} the others': corrected" if is_apart else ""
-            span_ns = self._preprocessor.frames.first_ns, self.newest_ns
+            span_ns = self.first_ns, self.newest_ns
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
             field = _disturbed(disturbed.get(name))
             remarks = (_exchanged(use.worn_on), rate, shift, field, silence)
@@ -150,6 +150,11 @@ class Pipeline:
         """By how much the IMUs' samples come later than the frames [s]; 0 if they do not."""
         earliest_s = min((delay_s for delay_s, _ in self.tracker_delays_s.values()), default=0.0)
         return -earliest_s if earliest_s < EARLIEST_S else 0.0
+
+    @property
+    def first_ns(self) -> int:
+        """Stamp of the first sample of any source [ns]."""
+        return self._preprocessor.frames.first_ns
 
     @property
     def newest_ns(self) -> int:
