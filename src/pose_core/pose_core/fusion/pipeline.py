@@ -32,6 +32,7 @@ from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
 LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
 EARLIEST_S = -0.03  # [s] delay of a tracker; below it, the IMUs are late
+UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a delay is not known yet
 LONGEST_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
 BLOCK = 50  # [estimates] of a recording that are published together
 INVERSE_ORIENTATION = (
@@ -148,7 +149,9 @@ class Pipeline:
     @property
     def imus_late_s(self) -> float:
         """By how much the IMUs' samples come later than the frames [s]; 0 if they do not."""
-        earliest_s = min((delay_s for delay_s, _ in self.tracker_delays_s.values()), default=0.0)
+        delays = self.tracker_delays_s.values()
+        known_s = (delay_s for delay_s, stddev_s in delays if stddev_s < UNKNOWN_DELAY_S)
+        earliest_s = min(known_s, default=0.0)
         return -earliest_s if earliest_s < EARLIEST_S else 0.0
 
     @property
