@@ -11,6 +11,7 @@ LARGE_DRIFT = 1e-4  # [-] that quartzes hardly have
 CERTAIN = 3.0  # [-] standard deviations
 MS_PER_MINUTE = 6e4  # [ms/min] of a drift of 1
 SPLIT = f" (with trackers {1e3 * TRACKER_DELAY_S:.0f} ms late, which cannot be told from it)"
+TRACKERS = " (with the difference of their trackers' delays)"
 
 
 def floor_line(extrinsics: Extrinsics) -> str:
@@ -31,10 +32,14 @@ def floor_line(extrinsics: Extrinsics) -> str:
 def clocks_line(extrinsics: Extrinsics, source: str) -> str:
     """One line about the clocks, which are known from ``source``; empty if there are none."""
     ahead = [
-        f"{name} {one.offset_ns / 1e6:+.0f} ms{_drift(one)}{SPLIT if name == IMUS else ''}"
+        f"{name} {one.offset_ns / 1e6:+.0f} ms{_drift(one)}{SPLIT if name == IMUS else TRACKERS}"
         for name, one in extrinsics.clocks.items()
     ]
-    single = [line.removeprefix(ONE_IMU) for line in ahead if line.startswith(ONE_IMU)]
+    single = [
+        line.removeprefix(ONE_IMU).removesuffix(TRACKERS)
+        for line in ahead
+        if line.startswith(ONE_IMU)
+    ]
     line = ", ".join(line for line in ahead if not line.startswith(ONE_IMU))
     parts = [f"ahead of {extrinsics.reference}'s {source}: {line}"] if line else []
     parts += [f"ahead of the other IMUs' {source}: {', '.join(single)}"] if single else []

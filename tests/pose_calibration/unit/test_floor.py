@@ -1,5 +1,7 @@
 """The world frame from standing and walking people."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from walking_person import ANKLE, frames, person_at, sensor_pose
@@ -12,6 +14,7 @@ from pose_calibration.floor.floor import (
     KnownMounting,
     estimate_floor,
 )
+from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.joints import JOINT_INDEX
 
@@ -36,6 +39,15 @@ def test_a_walking_person_gives_vertical_and_height(tilt, roll):
     assert up_error_deg(floor.T_map_reference, T) < 0.5
     assert floor.height == pytest.approx(1.4, abs=0.03)
     assert floor.source == f"{UPRIGHT_BODY}, {FEET}"
+
+
+def test_walking_feet_are_named_once_as_a_source():
+    T = sensor_pose(0.0, 0.0, 1.4, 0.0, 10.0, 0.0)
+    source = f"{UPRIGHT_BODY}, {FEET}, body-worn IMUs"
+    rough = Gravity(up=T[2, :3], stddev=float(np.radians(8.0)), source=source)
+    assert estimate_floor(view(T), gravity=rough).source == source
+    rough = replace(rough, source=UPRIGHT_BODY)
+    assert estimate_floor(view(T), gravity=rough).source == f"{UPRIGHT_BODY}, {FEET}"
 
 
 def test_a_sensor_that_hangs_upside_down_gives_vertical_and_height():

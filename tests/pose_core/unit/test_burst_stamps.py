@@ -51,6 +51,16 @@ def test_samples_of_a_burst_get_their_sampling_times(every):
     assert np.all(np.diff(found) > 0.0)
 
 
+def test_lost_samples_hardly_shift_the_sampling_times():
+    sampled = np.arange(4000) * 0.01
+    arrived, is_kept = arrival_of(sampled), np.random.default_rng(2).random(4000) > 0.05
+
+    error = (restored(arrived[is_kept]) - sampled[is_kept])[200:]
+
+    assert np.std(error) < 0.009
+    assert np.abs(error).max() < 0.04
+
+
 def test_evenly_stamped_samples_are_left_alone():
     jitter = np.random.default_rng(1).normal(0.0, 0.001, 1000)
     stamps = np.arange(1000) * 0.01 + jitter

@@ -1,11 +1,14 @@
 """The walk of an IMU's heading is measured against its gyroscope."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from turning_imus import PERIOD_S, block, turning
+from turning_imus import PERIOD_S, START_NS, block, turning
 
 from pose_core.imu.heading_walk import DISTURBED, SOUND, HeadingWalks
+from pose_core.imu.imu_set import ImuSet
 
 
 def walks_of(headings_deg, rates_off=0.0, seconds=40.0, tissue=0.0):
@@ -55,3 +58,27 @@ def test_gaps_and_a_gyroscope_at_rest_are_no_walk():
     walks = HeadingWalks()
     walks.add(block(orientations, dead).rows(silent))
     assert not walks.unsound
+
+
+def walk_of_bursts(lost, headings_deg):
+    """Walk of an IMU whose samples arrive in bursts of five, of which some are lost."""
+    rng = np.random.default_rng(5)
+    orientations, rates = turning(60.0)
+    world = Rotation.from_euler("z", headings_deg(rng, len(rates))[:, None], degrees=True)
+    given = block(world * orientations, rates)
+    number = np.arange(len(rates))
+    arrived_ns = (number // 5 + 1) * 5 * round(PERIOD_S * 1e9) + number % 5 * 600_000
+    given = replace(given, stamps_ns=START_NS + arrived_ns)
+    imus = ImuSet()
+    imus.add(given.rows(rng.random(len(rates)) >= lost))
+    return imus.walks
+
+
+@pytest.mark.parametrize("lost", [0.02, 0.05, 0.15])
+def test_lost_samples_of_bursts_are_no_walk(lost):
+    assert not walk_of_bursts(lost, lambda _, count: np.zeros(count)).unsound
+
+
+def test_a_walk_is_found_though_samples_of_bursts_are_lost():
+    walks = walk_of_bursts(0.05, lambda rng, count: np.cumsum(0.5 * rng.standard_normal(count)))
+    assert walks.disturbed["torso"] == pytest.approx(np.radians(4.0), rel=0.3)

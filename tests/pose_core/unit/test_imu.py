@@ -144,6 +144,34 @@ def test_an_imu_without_samples_for_a_fifth_of_a_second_is_silent():
     assert history.silent(1600 * MS) == ("head", "torso")
 
 
+def test_an_imu_of_four_samples_a_second_is_steadily_slow_and_never_silent_or_used():
+    imus, states = ImuSet(), set()
+    for k in range(0, 10_000, 250):
+        imus.add(block_of(sample(k * MS, Rotation.identity())))
+        if k > 1000:
+            states |= {
+                (
+                    tuple(imus.history.slow),
+                    imus.silent((k + later) * MS),
+                    imus.read((k + later) * MS).segments,
+                )
+                for later in range(0, 250, 25)
+            }
+    assert states == {(("torso",), (), ())}
+    assert imus.history.slow["torso"] == pytest.approx(4.0)
+
+
+def test_an_imu_is_not_slow_after_a_silence_or_once_it_is_set_to_a_higher_rate():
+    history = tracks_of(*(sample(k * MS, Rotation.identity()) for k in (0, 10, 20, 30, 1500, 1510)))
+    assert not history.slow
+    for k in (1760, 2010, 2260, 2510, 2760, 3010):
+        history.add(block_of(sample(k * MS, Rotation.identity())))
+    assert history.slow
+    for k in range(3020, 3100, 10):
+        history.add(block_of(sample(k * MS, Rotation.identity())))
+    assert not history.slow
+
+
 @pytest.mark.parametrize("per_block", [1, 7, 1000], ids=["single", "few", "all"])
 def test_silences_are_named_with_their_times_however_samples_come_in_blocks(per_block):
     times = [k for k in range(200, 12_000, 10) if not (3000 < k < 5500 or 6000 < k < 6900)]

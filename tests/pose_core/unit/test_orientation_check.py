@@ -1,5 +1,7 @@
 """An IMU's orientation is held against its own gyroscope."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -167,3 +169,27 @@ def test_a_saturated_gyroscope_is_named_as_that_not_as_silent():
     assert imus.silent(newest_ns) == ()
     assert imus.counters["imu_samples_saturated"] > 100
     assert imus.counters["imu_samples_against_gyroscope"] == 0
+
+
+@pytest.mark.parametrize("rate_hz", [50, 100])
+def test_a_kick_is_no_jump_though_samples_are_stamped_on_arrival(rate_hz):
+    rng, period_s = np.random.default_rng(3), 1.0 / rate_hz
+    t = np.arange(0.0, 6.0, 0.001)
+    pulse = np.exp(-0.5 * ((t - np.round(t)) / 0.05) ** 2)
+    rates = np.outer(pulse, [6.0, 20.0, 8.0])
+    turned = Rotation.from_rotvec(np.outer(np.cumsum(pulse) * 0.001, [6.0, 20.0, 8.0]))
+    rows = np.arange(10, len(t), round(period_s / 0.001))
+    kicks = block(turned[rows], rates[rows])
+    late_s = rng.normal(0.0, 0.004, len(rows))
+    kicks = replace(kicks, stamps_ns=START_NS + np.rint(1e9 * (t[rows] + late_s)).astype(np.int64))
+    check = OrientationCheck()
+    assert len(check.checked(kicks)) == len(kicks)
+    assert not check.jumping
+
+
+def test_a_slip_in_a_slow_motion_is_found_however_stamps_jitter():
+    rng, given = np.random.default_rng(3), slipped_by(25.0, slice(100, 300))
+    late_ns = np.abs(rng.normal(0.0, 2e6, len(given))).astype(np.int64)
+    check = OrientationCheck()
+    check.checked(replace(given, stamps_ns=given.stamps_ns + late_ns))
+    assert check.slips == {"torso": 1}

@@ -9,6 +9,7 @@ from worn_imus import merged, moving_wearer
 
 from pose_core.api import PeoplePipeline, PipelineParameters
 from pose_core.counters import Counters
+from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuSample, block_of
@@ -150,6 +151,16 @@ def test_views_that_are_apart_are_reported_until_only_one_camera_sees():
         reporter._pipeline.add([sample])
     reporter.check()
     assert "m apart" not in reporter.report((), {}, {}).message
+
+
+def test_imus_are_called_late_only_once_the_delay_is_known(monkeypatch):
+    reporter, _ = reporter_of(moving_wearer(2.0)[2])
+    for stddev_s, is_named in ((0.058, False), (0.01, True)):
+        delays = {"left": (-0.05, stddev_s), "right": (0.02, 0.01)}
+        monkeypatch.setattr(Pipeline, "tracker_delays_s", delays)
+        reporter.check()
+        message = reporter.report((), {}, {}).message
+        assert ("IMUs' samples come about 50 ms later" in message) == is_named
 
 
 def test_skeletons_that_are_held_back_are_not_called_nobody():

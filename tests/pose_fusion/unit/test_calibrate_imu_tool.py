@@ -69,7 +69,7 @@ def test_a_bag_gives_alignments_that_the_fusion_uses(bag, tmp_path, monkeypatch,
     parameters = FusionNodeParameters(imus_file=str(path))
     with open_bag(bag) as reader:
         quiet = Console(stderr=True, quiet=True)
-        pipeline = fuse(reader, tmp_path / "fused", parameters, console=quiet)
+        pipeline, _ = fuse(reader, tmp_path / "fused", parameters, console=quiet)
     assert [use.is_aligned for use in pipeline.subject.imu_uses] == [True] * 5
 
 

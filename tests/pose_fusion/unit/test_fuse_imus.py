@@ -1,5 +1,6 @@
 """``./pose fuse`` tells what became of each IMU (synthetic)."""
 
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -101,3 +102,24 @@ def test_a_tracker_that_repeats_one_frame_is_named_with_their_number(tmp_path, m
     fuse.run()
     (line,) = [each for each in capsys.readouterr().out.splitlines() if "repeats one frame" in each]
     assert line.strip().startswith(f"right: {30 - FROZEN_FRAMES} frames left out")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "held"),
+    [
+        ([], "poses by the IMUs alone"),
+        (["--no-use-imus"], r"poses by prediction for (0\.8|0\.9|1\.0) s of it, then none"),
+    ],
+)
+def test_fuse_says_when_no_camera_saw_the_person(tmp_path, monkeypatch, capsys, arguments, held):
+    _, _, skeletons, imus = moving_wearer(12.0)
+    first_ns = min(s.stamp_ns for s in imus)
+    seen = [s for s in skeletons if not 6.0 < (s.stamp_ns - first_ns) * 1e-9 < 9.0]
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    gap = write_session(tmp_path / "in", merged(seen, imus), placed)
+    monkeypatch.setattr(sys, "argv", ["fuse", str(gap), str(tmp_path / "out"), *arguments])
+    fuse.run()
+    lines = [line for line in capsys.readouterr().out.splitlines() if "no camera" in line]
+    assert len(lines) == 1
+    when = r"for (2\.8|2\.9|3\.0) s from 6\.[0-2] s"
+    assert re.fullmatch(f"  no camera saw the person {when}: {held}", lines[0])

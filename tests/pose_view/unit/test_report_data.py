@@ -93,6 +93,18 @@ def test_a_bag_of_fused_bodies_alone_has_a_report(tmp_path):
     assert to_do == f"To compare the views, record or keep the {RAW} beside the fused pose."
 
 
+def test_the_report_says_when_no_camera_saw_the_person(two):
+    recording = read(two, "joint_kf")
+    estimates = recording.estimates["joint_kf"]
+    assert not any("no camera" in note for note in notes(analyse(recording, None)))
+    source = np.array(estimates.source)
+    source[len(source) // 3 :] = 0
+    gone = replace(recording, estimates={"joint_kf": replace(estimates, source=source)})
+    lines = [note for note in notes(analyse(gone, None)) if "no camera" in note]
+    assert len(lines) == 1
+    assert lines[0].endswith("poses by prediction.")
+
+
 def test_where_the_sensors_stand_may_be_unknown(two):
     recording = read(two, extrinsics=CalibrationError("too little motion"))
     assert list(recording.methods) == ["left", "right"]

@@ -94,7 +94,8 @@ def estimate_floor(
         up, sole, slope_stddev, sole_stddev = plane
         height = ANKLE_HEIGHT_M - sole
         height_stddev = float(np.hypot(sole_stddev, ANKLE_HEIGHT_STDDEV_M))
-        if source != KNOWN_MOUNTING and slope_stddev < FEET_COUNT_BELOW * up_stddev:
+        is_named = source == KNOWN_MOUNTING or FEET in source
+        if not is_named and slope_stddev < FEET_COUNT_BELOW * up_stddev:
             source = f"{source}, {FEET}"
     if mounting.height is not None:
         height, height_stddev = mounting.height, 0.0

@@ -32,6 +32,7 @@ from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
 LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
 EARLIEST_S = -0.03  # [s] delay of a tracker; below it, the IMUs are late
+UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a delay is not known yet
 LONGEST_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
 BLOCK = 50  # [estimates] of a recording that are published together
 INVERSE_ORIENTATION = (
@@ -104,13 +105,16 @@ class Pipeline:
             if name in self.imus.inverse:
                 uses[name] = ImuUse(segment=name, refused=INVERSE_ORIENTATION)
                 continue
+            if name in self.imus.history.slow:
+                uses[name] = ImuUse(segment=name, refused=_slow(self.imus.history.slow[name]))
+                continue
             fault = self.imus.rates.faults.get(name)
             instead = "the orientation's change is used"
             rate = f"its angular velocity {fault}; {instead}" if fault else ""
             clock = self.clocks.get(ONE_IMU + name, Clock())
             is_apart = clock.offset_ns != 0
             shift = f"its clock is {_ahead(clock)} the others': corrected" if is_apart else ""
-            span_ns = self._preprocessor.frames.first_ns, self.newest_ns
+            span_ns = self.first_ns, self.newest_ns
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
             field = _disturbed(disturbed.get(name))
             remarks = (_exchanged(use.worn_on), rate, shift, field, silence)
@@ -145,8 +149,15 @@ class Pipeline:
     @property
     def imus_late_s(self) -> float:
         """By how much the IMUs' samples come later than the frames [s]; 0 if they do not."""
-        earliest_s = min((delay_s for delay_s, _ in self.tracker_delays_s.values()), default=0.0)
+        delays = self.tracker_delays_s.values()
+        known_s = (delay_s for delay_s, stddev_s in delays if stddev_s < UNKNOWN_DELAY_S)
+        earliest_s = min(known_s, default=0.0)
         return -earliest_s if earliest_s < EARLIEST_S else 0.0
+
+    @property
+    def first_ns(self) -> int:
+        """Stamp of the first sample of any source [ns]."""
+        return self._preprocessor.frames.first_ns
 
     @property
     def newest_ns(self) -> int:
@@ -311,6 +322,11 @@ def _exchanged(worn_on: str) -> str:
         return ""
     what = "exchange them on the body, or in the nodes file"
     return f"it is exchanged with that of {worn_on}, and used there: {what}"
+
+
+def _slow(rate: float) -> str:
+    """Why an IMU with a low rate [Hz] is not used, and what to do."""
+    return f"it sends {rate:.2g} samples a second, and at least 10 are needed: set 100 or more"
 
 
 def _disturbed(walk: float | None) -> str:

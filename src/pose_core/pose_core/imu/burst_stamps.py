@@ -3,7 +3,9 @@
 Bluetooth delivers the samples of several periods at once. Stamped on arrival, they are a fraction
 of a millisecond apart, and then tens of milliseconds; a gyroscope can't be integrated over such
 times. A sample is taken one period after the one before, but not after its arrival: the last of a
-burst arrives without delay. Evenly stamped samples are left as they are.
+burst arrives without delay. If the last ones of some bursts all seem to have been delayed, samples
+have been lost, and the next is taken later by the least of these delays. Evenly stamped samples are
+left as they are.
 """
 
 from dataclasses import replace
@@ -21,7 +23,7 @@ LONGEST_BURST_NS = 250e6  # [ns] a longer pause is a silence
 MEMORY = 200.0  # [-] intervals of the running means
 CLOSE = 0.3  # [periods] shorter intervals are within a burst
 BURST_SHARE = 0.3  # [-] of intervals within bursts, from which on the samples come in bursts
-CATCH_UP = 0.003  # [-] of its distance from the arrival by which a sampling time follows
+BURSTS = 3.0  # [-] whose last samples show how far the sampling times are behind
 LONGEST_DELAY_NS = 100e6  # [ns] of a sample in a burst
 
 
@@ -34,6 +36,8 @@ class _BurstMemory(NamedTuple):
     intervals: FloatArray = np.zeros(1)  # number of intervals, up to :data:`MEMORY`
     period_ns: FloatArray = np.zeros(1)  # running mean of the intervals
     share: FloatArray = np.zeros(1)  # [-] running share of intervals within bursts
+    behind_ns: FloatArray = np.zeros(1)  # least delay of the last samples of ``bursts`` bursts
+    bursts: FloatArray = np.zeros(1)  # number, up to :data:`BURSTS`
 
 
 class BurstStamps:
@@ -42,6 +46,11 @@ class BurstStamps:
     def __init__(self) -> None:
         self._rows = ImuRows(_BurstMemory())
         self._restore = type_specialised(restore_stamps)
+
+    @property
+    def in_bursts(self) -> frozenset[str]:
+        """Segments whose IMU's samples come in bursts."""
+        return frozenset(self._rows.named(self._rows.memory.share > BURST_SHARE))
 
     def restored(self, block: ImuBlock) -> ImuBlock:
         """The block with sampling times instead of times of arrival, where they come in bursts."""
@@ -74,7 +83,7 @@ def restore_stamps(
             memory.begin_ns[i], memory.sampled_ns[i] = stamps_ns[row], 0.0
             continue
         memory.intervals[i] = min(memory.intervals[i] + 1.0, MEMORY)
-        is_close = 1.0 if since_ns < CLOSE * memory.period_ns[i] else 0.0
+        is_close = since_ns < CLOSE * memory.period_ns[i]
         memory.period_ns[i] += (since_ns - memory.period_ns[i]) / memory.intervals[i]
         memory.share[i] += (is_close - memory.share[i]) / memory.intervals[i]
         arrived_ns = float(stamps_ns[row] - memory.begin_ns[i])
@@ -82,8 +91,27 @@ def restore_stamps(
             memory.sampled_ns[i] = arrived_ns
             continue
         sampled_ns = memory.sampled_ns[i] + memory.period_ns[i]
-        sampled_ns += CATCH_UP * (arrived_ns - sampled_ns)
+        if not is_close:
+            sampled_ns += lost_time(memory, i, arrived_ns - since_ns - memory.sampled_ns[i])
         memory.sampled_ns[i] = min(max(sampled_ns, arrived_ns - LONGEST_DELAY_NS), arrived_ns)
         stamps_ns[row] = memory.begin_ns[i] + np.int64(memory.sampled_ns[i])
         has_changed = True
     return has_changed
+
+
+@compiled_in_place
+def lost_time(memory: _BurstMemory, i: int, delay_ns: float) -> float:
+    """Time [ns] by which the sampling times are behind, after every few bursts; otherwise 0.
+
+    Args:
+        memory: Memory of the IMUs; updated.
+        i: The IMU.
+        delay_ns: Delay of a burst's last sample [ns].
+    """
+    is_first = memory.bursts[i] == 0.0
+    memory.behind_ns[i] = delay_ns if is_first else min(memory.behind_ns[i], delay_ns)
+    memory.bursts[i] += 1.0
+    if memory.bursts[i] < BURSTS:
+        return 0.0
+    memory.bursts[i] = 0.0
+    return memory.behind_ns[i]

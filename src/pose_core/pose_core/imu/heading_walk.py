@@ -5,9 +5,12 @@ The heading changes against the gyroscope by :math:`\delta` in a second. A gyros
 variance of the change within n seconds grows by :math:`w^2` for each second,
 
 .. math:: w^2 = (\operatorname{var} \delta_4 - \operatorname{var} \delta_1) / 3
+
+The times between samples that come in bursts are uncertain where some are lost. Of their changes,
+the part about the axis of the turn does not count, since a wrong time gives just this.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +20,7 @@ from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
 from pose_core.imu.orientation_check import LONGEST_STEP_S
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
-from pose_core.kernels.quaternions import integrated_orientation, quaternion_product
+from pose_core.kernels.quaternions import Quaternion, integrated_orientation, quaternion_product
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
@@ -61,15 +64,17 @@ class HeadingWalks:
         """Walks [rad/√s] of the IMUs whose magnetic field is disturbed, by segment."""
         return {segment: walk for segment, walk in self.unsound.items() if walk > DISTURBED}
 
-    def add(self, block: ImuBlock) -> None:
-        """Take samples into account."""
+    def add(self, block: ImuBlock, in_bursts: Set[str] = frozenset()) -> None:
+        """Take samples into account; of some segments' IMUs, they come in bursts."""
         imu = self._rows.of(block)
+        is_in_bursts = np.array([name in in_bursts for name in self._rows.segments], np.bool_)
         self._watch_samples(
             self._rows.memory,
             imu,
             block.stamps_ns,
             block.orientation,
             block.angular_velocity,
+            is_in_bursts,
         )
 
 
@@ -80,6 +85,7 @@ def watch_samples(
     stamps_ns: NDArray[np.int64],
     orientation: FloatArray,
     rate: FloatArray,
+    is_in_bursts: NDArray[np.bool_],
 ) -> None:
     """Take samples into account, one after the other.
 
@@ -89,6 +95,7 @@ def watch_samples(
         stamps_ns: (n,).
         orientation: (n, 4), x y z w.
         rate: (n, 3) [rad/s].
+        is_in_bursts: Whether samples of each IMU come in bursts, (imus,).
     """
     for row in range(len(imu)):
         i = imu[row]
@@ -96,12 +103,14 @@ def watch_samples(
         if dt_s > LONGEST_STEP_S:
             memory.seconds[i], memory.since_s[i] = 0, 0.0
         elif dt_s > 0.0:
-            x, y, z, w = integrated_orientation(
-                memory.orientation[i], memory.rate[i], rate[row], dt_s
-            )
+            before = memory.orientation[i]
+            x, y, z, w = integrated_orientation(before, memory.rate[i], rate[row], dt_s)
             a, b, c, d = orientation[row]
-            _, _, up, cosine = quaternion_product((a, b, c, d), (-x, -y, -z, w))
-            memory.heading[i] += 2.0 * up if cosine > 0.0 else -2.0 * up
+            change = quaternion_product((a, b, c, d), (-x, -y, -z, w))
+            a, b, c, d = before
+            turn = quaternion_product((x, y, z, w), (-a, -b, -c, d))
+            up = without_part_along(change, turn) if is_in_bursts[i] else change[2]
+            memory.heading[i] += 2.0 * up if change[3] > 0.0 else -2.0 * up
             memory.since_s[i] += dt_s
             if memory.since_s[i] >= 1.0:
                 memory.since_s[i] -= 1.0
@@ -111,6 +120,16 @@ def watch_samples(
             memory.orientation[i, k] = orientation[row, k]
         for k in range(3):
             memory.rate[i, k] = rate[row, k]
+
+
+@compiled_in_place
+def without_part_along(change: Quaternion, turn: Quaternion) -> float:
+    """Vertical part of a change [half rad] without what is about the axis of a turn."""
+    power = turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2
+    if power == 0.0:
+        return change[2]
+    along = change[0] * turn[0] + change[1] * turn[1] + change[2] * turn[2]
+    return change[2] - along * turn[2] / power
 
 
 @compiled_in_place

@@ -17,9 +17,13 @@ from pose_core.kernels.imu_rings import (
     have_reached,
     read_states,
 )
+from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
 ALIVE_NS = 200_000_000  # an IMU that is silent for longer is not waited for
+LONGEST_PERIOD_NS = 1.05 * MAX_GAP_NS  # of an IMU that is used, with what a period jitters
+PERIODS = 10  # whose median is an IMU's period
+LEAST_PERIODS = 3  # before it is known
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +58,8 @@ class ImuHistory:
         self._have_reached = type_specialised(have_reached)
         self.gaps_ns: dict[str, int] = {}
         """Gaps of the last block that are too long to interpolate [ns]."""
+        self.slow: dict[str, float] = {}
+        """Rates [Hz] of IMUs that send too seldom to be interpolated: they have no measurements."""
         self._order = np.zeros(0, np.int64)  # of the rings, by their segments' names
         self._ordered: tuple[str, ...] = ()
 
@@ -73,7 +79,20 @@ class ImuHistory:
             gap_ns,
         )
         self.gaps_ns = self._rows.named(np.where(gap_ns > MAX_GAP_NS, gap_ns, 0))
+        if self.gaps_ns or self.slow:
+            self.slow = self._slow_rates()
         return rejected
+
+    def _slow_rates(self) -> dict[str, float]:
+        rings, rates = self._rows.memory, np.zeros(len(self.segments))
+        size = rings.stamps_ns.shape[1]
+        for imu in range(len(rates)):
+            periods = min(int(rings.filled[imu]) - 1, PERIODS)
+            last = (rings.newest[imu] - np.arange(periods + 1)) % size
+            if periods >= LEAST_PERIODS:
+                period_ns = float(np.median(-np.diff(rings.stamps_ns[imu, last])))
+                rates[imu] = NS_PER_S / period_ns if period_ns > LONGEST_PERIOD_NS else 0.0
+        return self._rows.named(rates)
 
     def have_reached(self, stamp_ns: int) -> bool:
         """Whether every IMU that still sends has a sample at or after an instant."""
@@ -85,7 +104,8 @@ class ImuHistory:
 
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
         """The IMUs, sorted, whose last sample is too long before an instant."""
-        return tuple(sorted(self._rows.named(stamp_ns - self._last_ns() > ALIVE_NS)))
+        silent = self._rows.named(stamp_ns - self._last_ns() > ALIVE_NS)
+        return tuple(sorted(name for name in silent if name not in self.slow))
 
     def _last_ns(self) -> NDArray[np.int64]:
         """Stamp of each IMU's last sample [ns], (imus,)."""
@@ -93,7 +113,7 @@ class ImuHistory:
         return rings.stamps_ns[np.arange(len(self.segments)), rings.newest]
 
     def at(self, stamp_ns: int) -> ImuMeasurements:
-        """Measurements of all IMUs at an instant; IMUs without a sample nearby are omitted.
+        """Measurements of all IMUs at an instant; without slow ones, and those silent around it.
 
         Sorted by segment, so that the order of arrival does not change even the rounding.
         """
@@ -113,9 +133,10 @@ class ImuHistory:
             stddev=states.stddev,
             age_s=states.age_s,
         )
-        if known_count == count:
+        if known_count == count and not self.slow:
             return measurements
-        known = np.flatnonzero(states.known)
+        is_slow = np.array([name in self.slow for name in self._ordered])
+        known = np.flatnonzero(states.known & ~is_slow)
         segments = tuple(self._ordered[row] for row in known.tolist())
         return replace(rows_of(measurements, known), segments=segments)
 

@@ -79,7 +79,7 @@ class ImuSet:
             is_refused = np.array([name in refused for name in checked.segments])[checked.imu]
             self.counters.add("imu_samples_inverse", int(is_refused.sum()))
             checked = checked.rows(~is_refused)
-        self.walks.add(checked)
+        self.walks.add(checked, self._bursts.in_bursts)
         rejected = self.history.add(checked)
         self.counters.add("imu_gaps", len(self.history.gaps_ns))
         if len(self._first_ns) < len(self.history.segments):

@@ -31,6 +31,7 @@ from pose_core.streams.samples import ImuBlock
 LONGEST_STEP_S = 0.1  # [s] the gyroscope is not integrated over longer gaps
 SMALLEST_JUMP = 0.2  # [rad] larger than any orientation filter corrects between two samples
 SCALE_ERROR = 0.1  # [-] of a gyroscope
+STAMP_ERROR_S = 0.01  # [s] of the time between two samples that are stamped on arrival
 STUCK_S = 0.3  # [s] for which a rotating IMU may repeat its rate and orientation
 STUCK_TURN = 0.3  # [rad] by which it may rotate while it repeats its orientation
 LEAST_RATE = 0.2  # [rad/s] more than a gyroscope's bias
@@ -271,6 +272,7 @@ def orientation_jump(
     x, y, z = rate_before[0], rate_before[1], rate_before[2]
     change = 0.5 * dt_s * norm((rate[0] - x, rate[1] - y, rate[2] - z))
     turned = 0.5 * dt_s * norm((rate[0] + x, rate[1] + y, rate[2] + z))
-    if apart <= SMALLEST_JUMP + SCALE_ERROR * turned + change:
+    turn_error = (SCALE_ERROR + STAMP_ERROR_S / dt_s) * turned
+    if apart <= SMALLEST_JUMP + turn_error + change:
         return 0.0, 0.0, 0.0
     return apart, 2.0 * np.arctan2(across, np.sqrt(c * c + d * d)), 2.0 * np.arctan2(c, d)

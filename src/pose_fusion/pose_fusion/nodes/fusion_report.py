@@ -174,6 +174,8 @@ class FusionReporter:
             "no samples for 0.2 s from the IMU on {}: check its battery, radio and rate": (
                 self._silent_imus
             ),
+            "the IMU on {} sends less than 10 samples a second, and is not used: set its rate to "
+            "100 or more": sorted(imus.history.slow),
             "the messages of the IMU on {} have no orientation (NaN, zero, or covariance -1): "
             "let its driver send it": sorted(self._unoriented),
             "the gyroscope of the IMU on {} is saturated: set a larger range on the sensor; it is "

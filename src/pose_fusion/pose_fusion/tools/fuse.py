@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
 
@@ -26,6 +28,7 @@ from pose_core.api import (
 from pose_core.errors import InputError, PoseError
 from pose_core.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
 from pose_core.stamps import NS_PER_S
+from pose_evaluation.unseen import unseen_line
 from pose_fusion.conversions import (
     body_topics,
     to_bag_message,
@@ -95,11 +98,16 @@ class EstimateWriter:
         self._pipeline = pipeline
         self._bytes: dict[str, EstimateBytes] = {}
         self._urdf: dict[str, object] = {}  # the measures that were written last, by id
+        self._stamps_ns: list[NDArray[np.int64]] = []  # of the subject's estimates
+        self._sources: list[NDArray[np.uint8]] = []  # of any of its degrees of freedom
         writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
 
     def write(self, body_id: str, block: EstimateBlock) -> None:
         """Append all messages of one person's estimates, stamped with their instants."""
         model, stamp_ns = self._pipeline.subject.model, int(block.stamps_ns[0])
+        if body_id == self._pipeline.parameters.subject:
+            self._stamps_ns.append(block.stamps_ns)
+            self._sources.append(np.bitwise_or.reduce(block.source, axis=1))
         if not self._bytes:
             extrinsics = self._pipeline.extrinsics
             if extrinsics is not None:
@@ -126,6 +134,15 @@ class EstimateWriter:
                     topic, to_bytes.types[topic], data[index].tobytes(), stamp_ns
                 )
 
+    @property
+    def unseen(self) -> str:
+        """When no camera saw the subject, as a line; empty if one always did."""
+        if not self._stamps_ns:
+            return ""
+        stamps_ns, sources = np.concatenate(self._stamps_ns), np.concatenate(self._sources)
+        subject = self._pipeline.subject
+        return unseen_line(stamps_ns, sources, subject.first_ns, subject.newest_ns)
+
     def _append(self, topic: str, message: object, stamp_ns: int) -> None:
         self._writer.write(topic, to_bag_message(message, self._writer.typestore), stamp_ns)
 
@@ -151,11 +168,12 @@ def fuse(
     *,
     storage: str = "mcap",
     console: Console | None = None,
-) -> PeoplePipeline:
+) -> tuple[PeoplePipeline, str]:
     """Fuse a bag into a new one.
 
     Returns:
-        The chain, for its counts and for what became of the IMUs.
+        The chain, for its counts and for what became of the IMUs; and a line about when no camera
+        saw the subject, empty if one always did.
 
     Raises:
         InputError: If the bag gives no estimates, or the new one cannot be written.
@@ -194,7 +212,7 @@ def fuse(
         path, shape = Path(parameters.shape_file), pipeline.subject.shape
         if parameters.shape_file and shape is not None and not path.exists():
             save_body_shape(path, pipeline.subject.model, shape, parameters.subject)
-    return pipeline
+    return pipeline, output.unseen
 
 
 def _reason_for_no_pose(pipeline: PeoplePipeline) -> str:
@@ -248,7 +266,7 @@ def run() -> int | None:
                 f"sensors: {', '.join(parameters.sensors)}; not used: {', '.join(unused)}"
             )
         try:
-            pipeline = fuse(
+            pipeline, unseen = fuse(
                 bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
             )
         except PoseError:  # what was left out may be the cause
@@ -260,8 +278,9 @@ def run() -> int | None:
         f"{arguments.out_bag}: {sum(pipeline.estimates.values())} estimates from "
         f"{pipeline.skeletons} skeletons and {pipeline.imu_samples} IMU samples"
     )
-    for line in (*bag.remarks, *closing_lines(pipeline, unread)):
-        print(f"  {line}")
+    for line in (*bag.remarks, unseen, *closing_lines(pipeline, unread)):
+        if line:
+            print(f"  {line}")
     return None
 
 

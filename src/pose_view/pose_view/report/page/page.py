@@ -8,11 +8,13 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from pose_core.finite_numbers import mean_known
+from pose_core.stamps import NS_PER_S
 from pose_evaluation.agreement import ViewAgreement
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.offline import IMU_ENDING
 from pose_evaluation.table import Table, number
 from pose_evaluation.tables import method_label
+from pose_evaluation.unseen import unseen_line
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import METHODS, FigureSet, group_of, method_style
 from pose_view.report.figures.courses import legend
@@ -178,6 +180,13 @@ def _reference_facts(analysis: Analysis) -> list[tuple[str, str]]:
 def notes(analysis: Analysis) -> list[str]:
     """Remarks that qualify the numbers."""
     found = list(analysis.recording.notes)
+    focus, begin_ns = analysis.recording.focus, analysis.recording.begin_ns
+    if focus in analysis.recording.estimates:
+        estimates = analysis.recording.estimates[focus]
+        end_ns = begin_ns + round(analysis.recording.duration_s * NS_PER_S)
+        sources = np.bitwise_or.reduce(estimates.source, axis=1)
+        if line := unseen_line(estimates.stamps_ns, sources, begin_ns, end_ns):
+            found.append(f"{method_label(focus)}: {line}.")
     if analysis.compared is not None:
         if analysis.compared.left_out:
             names = ", ".join(method_label(name) for name in analysis.compared.left_out)
