@@ -36,6 +36,7 @@ from pose_core.api import (
     SkeletonSample,
     TimeAligner,
     block_of,
+    joined,
     on_reference_clock,
 )
 from pose_core.errors import InputError
@@ -46,6 +47,7 @@ FARTHEST_CLOCK_OFFSET_S = 5.0  # [s] of a second search, if the first finds no o
 LEAST_CLOCK_OFFSET_S = 0.01  # [s] smaller ones are as likely a tracker's lag
 MOST_APART_S = 0.9  # [s] of stamps recorded together; from a second on, time would run backwards
 RECORDED_STDDEV_S = 0.1  # [s] of an offset by the stamps of samples that were recorded together
+TOGETHER = 1000  # [-] blocks of IMUs' samples that are stored at once
 MOST_TRIED = 3  # [-] people tried, one after the other
 
 Frame = Sequence[SkeletonSample]
@@ -300,12 +302,15 @@ def _sorted(
 ) -> tuple[dict[str, list[SkeletonSample]], ImuMemory]:
     """The samples by sensor, stamps ascending, and the IMUs' orientations."""
     by_sensor: dict[str, list[SkeletonSample]] = {name: [] for name in sensors}
-    memory = ImuMemory()
+    blocks: list[ImuBlock] = []
     for sample in samples:
         if not isinstance(sample, SkeletonSample):
-            memory.add(block_of(sample) if isinstance(sample, ImuSample) else sample)
+            blocks.append(block_of(sample) if isinstance(sample, ImuSample) else sample)
         elif sample.sensor in by_sensor:
             by_sensor[sample.sensor].append(sample)
+    memory = ImuMemory()
+    for first in range(0, len(blocks), TOGETHER):
+        memory.add(joined(blocks[first : first + TOGETHER]))
     for name, ones in by_sensor.items():
         ones.sort(key=lambda one: one.stamp_ns)
         if not ones:

@@ -8,12 +8,12 @@ import shutil
 import tempfile
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Nodetype, Qos, QosDurability
+from rosbags.interfaces import Connection, Nodetype, Qos, QosDurability
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys.store import Typestore
 
@@ -102,7 +102,7 @@ class BagReader:
         if not connections:  # rosbags takes an empty list for "all"
             return
         try:
-            entries = map(BagMessage._make, self._reader.messages(connections))
+            entries = self._entries(connections)
             while batch := list(islice(entries, BATCH)):
                 yield batch
         except Exception as error:  # damaged bytes may raise any exception
@@ -110,6 +110,16 @@ class BagReader:
                 f"{self.path} is damaged: {one_line(error)}: record it again, or repair it "
                 f"with './pose doctor {self.path} --output REPAIRED'"
             ) from error
+
+    def _entries(self, connections: Sequence[Connection]) -> Iterator[BagMessage]:
+        """The messages of some connections in the order of their stamps."""
+        files, reader = _mcap_files(self._reader), self._reader.readers[0]
+        has_chunks = files and all(each.chunks for each in files)
+        if not has_chunks or getattr(reader, "compression_mode", None) == "message":
+            return map(BagMessage._make, self._reader.messages(connections))
+        topics = {each.topic for each in connections}
+        batches = chain.from_iterable(mcap.messages_in_order(each, topics) for each in files)
+        return chain.from_iterable(batches)
 
     def deserialize(self, message: BagMessage) -> Any:
         """Deserialise a message by the bag's own definitions.
@@ -251,13 +261,18 @@ def _open_recording(path: Path) -> BagReader:
 
 def _find_chunks(reader: AnyReader) -> None:
     """Add what rosbags needs to sort messages, in MCAP files without an index."""
+    for each in _mcap_files(reader):
+        each.chunks = each.chunks or mcap.scanned_chunks(each)
+        for chunk in each.chunks:
+            if not chunk.channel_count:  # any channel may have messages in it
+                chunk.channel_count.update(dict.fromkeys(each.channels, 1))
+
+
+def _mcap_files(reader: AnyReader) -> list[McapReader]:
+    """The files of a bag that are MCAP, in their order."""
     storage = getattr(reader.readers[0], "storage", None)
-    for each in getattr(storage, "storages", [storage]):
-        if isinstance(each, McapReader):
-            each.chunks = each.chunks or mcap.scanned_chunks(each)
-            for chunk in each.chunks:
-                if not chunk.channel_count:  # any channel may have messages in it
-                    chunk.channel_count.update(dict.fromkeys(each.channels, 1))
+    files = getattr(storage, "storages", [storage])
+    return [each for each in files if isinstance(each, McapReader)]
 
 
 def _parts(fields: Any) -> set[str]:

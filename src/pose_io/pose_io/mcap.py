@@ -1,6 +1,9 @@
 """Chunks of MCAP files, also of those whose recording was cut off; one message of any bag."""
 
+from bisect import bisect_left
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from mmap import mmap
+from operator import attrgetter
 from struct import Struct
 from typing import BinaryIO, NamedTuple
 
@@ -9,8 +12,10 @@ from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader, decompress
 
 RECORD = Struct("<BQ")  # kind and size of a record
 MESSAGE_KIND, CHUNK_KIND = 5, 6
+MESSAGE_HEAD = Struct("<HIQQ")  # channel, number, stamps of recording and of publication
 CHUNK_HEAD = Struct("<QQQI")  # after the record's header: first and last stamp, size, checksum
 COMPRESSION = Struct("<I")
+STAMP = attrgetter("stamp_ns")
 
 
 class BagMessage(NamedTuple):
@@ -29,6 +34,42 @@ class BagMessage(NamedTuple):
     def msgtype(self) -> str:
         """Its type, for example pose_msgs/msg/Skeleton."""
         return self.connection.msgtype
+
+
+def messages_in_order(
+    storage: McapReader, topics: Collection[str]
+) -> Iterator[Sequence[BagMessage]]:
+    """Messages of an open file with chunks by their stamps, those with equal ones as written.
+
+    They are those of ``storage.messages``, which takes three times as long.
+    """
+    connections = {each.id: each for each in storage.connections if each.topic in topics}
+    waiting: list[BagMessage] = []  # because chunks may overlap
+    for chunk in sorted(storage.chunks, key=lambda each: each.message_start_time):
+        if any(chunk.channel_count.get(channel) for channel in connections):
+            passed = bisect_left(waiting, chunk.message_start_time, key=STAMP)
+            yield waiting[:passed]
+            assert storage.bio is not None
+            found = _messages_of_chunk(read_chunk(storage.bio, chunk), connections)
+            waiting = sorted([*waiting[passed:], *found], key=STAMP)
+    yield waiting
+
+
+def _messages_of_chunk(
+    records: bytes, connections: Mapping[int, Connection]
+) -> Iterator[BagMessage]:
+    """Messages of some channels, in the order of a chunk's decompressed records."""
+    at, head_size = 0, RECORD.size + MESSAGE_HEAD.size
+    while at < len(records):
+        kind, size = RECORD.unpack_from(records, at)
+        stop = at + RECORD.size + size
+        if stop > len(records):
+            raise ValueError(f"a record of {size} bytes is cut off")
+        if kind == MESSAGE_KIND:
+            channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(records, at + RECORD.size)
+            if channel in connections:
+                yield BagMessage(connections[channel], stamp_ns, records[at + head_size : stop])
+        at = stop
 
 
 def scanned_chunks(storage: McapReader) -> list[ChunkInfo]:

@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags.highlevel import AnyReader
 
 from pose_core.errors import InputError
 from pose_io.bag_writer import BagWriter
@@ -80,6 +81,19 @@ def test_equal_stamps_keep_the_order_of_writing(tmp_path, typestore):
     write_bag(tmp_path / "bag", [("/a", text(typestore, str(i)), 4) for i in range(50)])
     with open_bag(tmp_path / "bag") as bag:
         assert [bag.deserialize(m).data for m in bag.messages()] == [str(i) for i in range(50)]
+
+
+def test_messages_of_overlapping_chunks_come_as_rosbags_gives_them(tmp_path, typestore):
+    rng = np.random.default_rng(1)
+    stamps_ns = np.sort(rng.integers(0, 400, 3000)) + rng.integers(0, 20, 3000)
+    with BagWriter(tmp_path / "bag") as bag:
+        for number, stamp_ns in enumerate(stamps_ns.tolist()):
+            bag.write(f"/{number % 3}", text(typestore, f"{number} " * 300), stamp_ns)
+    topics = ["/0", "/2"]
+    with open_bag(tmp_path / "bag") as bag, AnyReader([tmp_path / "bag"]) as reader:
+        connections = [each for each in reader.connections if each.topic in topics]
+        expected = [(each.topic, *rest) for each, *rest in reader.messages(connections)]
+        assert [(m.topic, m.stamp_ns, m.data) for m in bag.messages(topics)] == expected
 
 
 def test_the_same_calls_give_the_same_bytes(tmp_path, typestore):

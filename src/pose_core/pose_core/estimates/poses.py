@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,30 +83,40 @@ class StateBlock:
     states: PublishedState  # n rows
 
 
-PoseBlock: TypeAlias = EstimateBlock | StateBlock
-"""Estimates, or states that :class:`pose_core.fusion.output.StateOutput` converts to estimates."""
+def state_block(pose: PublishedState, stamp_ns: int, newest_ns: int) -> StateBlock:
+    """A block of one state."""
+    return StateBlock(
+        stamps_ns=np.array([stamp_ns], np.int64),
+        newest_ns=np.array([newest_ns], np.int64),
+        states=PublishedState(*(np.ascontiguousarray(each)[None] for each in pose)),
+    )
+
+
+def joined_states(blocks: Sequence[StateBlock]) -> StateBlock:
+    """Concatenate blocks; a single one is not copied."""
+    if len(blocks) == 1:
+        return blocks[0]
+    states = (each.states for each in blocks)
+    return StateBlock(
+        stamps_ns=np.concatenate([each.stamps_ns for each in blocks]),
+        newest_ns=np.concatenate([each.newest_ns for each in blocks]),
+        states=PublishedState(*map(np.concatenate, zip(*states, strict=True))),
+    )
 
 
 def block_of_poses(
-    poses: Sequence[TimedPose], newest_ns: Sequence[int], model: BodyModel
-) -> PoseBlock:
+    poses: Sequence[FusedPose], stamps_ns: Sequence[int], newest_ns: Sequence[int], model: BodyModel
+) -> EstimateBlock:
     """Combine poses of one estimator to a block.
 
     Args:
-        poses: n >= 1 poses with their stamps.
+        poses: n >= 1 poses.
+        stamps_ns: Their stamps [ns].
         newest_ns: For each, stamp of the newest sample of any source by then [ns].
         model: The body model.
     """
-    stamps_ns = np.array([each.stamp_ns for each in poses], np.int64)
-    states = [each.pose for each in poses if isinstance(each.pose, PublishedState)]
-    if states:
-        return StateBlock(
-            stamps_ns=stamps_ns,
-            newest_ns=np.array(newest_ns, np.int64),
-            states=PublishedState(*map(stacked, zip(*states, strict=True))),
-        )
     names = [field.name for field in fields(FusedPose)]
-    values = {name: stacked([vars(each.pose)[name] for each in poses]) for name in names}
+    values = {name: np.array([vars(each)[name] for each in poses]) for name in names}
     rotations, variance = values.pop("rotations"), values.pop("variance")
     position, joints = values["position"], values["joints"]
     T_map_link = np.empty((*rotations.shape[:2], 4, 4))
@@ -115,7 +125,7 @@ def block_of_poses(
             position[row], rotations[row], joints[row], model.link_joints, filled
         )
     return EstimateBlock(
-        stamps_ns=stamps_ns,
+        stamps_ns=np.array(stamps_ns, np.int64),
         newest_ns=np.array(newest_ns, np.int64),
         dof_names=model.dof_names,
         position_stddev=np.sqrt(variance),
@@ -125,8 +135,3 @@ def block_of_poses(
         T_map_link=T_map_link,
         **values,
     )
-
-
-def stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Stack arrays in contiguous rows; a single array is not copied."""
-    return np.ascontiguousarray(rows[0])[None] if len(rows) == 1 else np.array(rows)

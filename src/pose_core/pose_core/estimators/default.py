@@ -172,21 +172,14 @@ class DefaultEstimator(StepwiseEstimator):
         """Instant of the state [ns]; None if there is none."""
         return None if self._filter.state is None else self._stamp_ns
 
-    def interpolated(self, stamps_ns: Sequence[int]) -> list[TimedPose]:
-        """Poses at instants between the last two observations."""
+    def interpolated(self, stamps_ns: Sequence[int]) -> PublishedState | None:
+        """States at instants between the last two observations."""
         state = self._filter.state
         if state is None or not stamps_ns:
-            return []
+            return None
         ages_s = (self._stamp_ns - np.array(stamps_ns)) / NS_PER_S
         information = self._last_information(state, 0.0, state.has_imu)
-        states = self._filter.interpolated(ages_s, information, self._variance_scale(state))
-        if states is None:
-            return []
-        poses = (PublishedState(*row) for row in zip(*states, strict=True))
-        return [
-            TimedPose(stamp_ns=stamp_ns, pose=pose)
-            for stamp_ns, pose in zip(stamps_ns, poses, strict=True)
-        ]
+        return self._filter.interpolated(ages_s, information, self._variance_scale(state))
 
     def _last_information(
         self, state: FilterState, ahead_s: float, links: NDArray[np.int64] | NDArray[np.bool_]

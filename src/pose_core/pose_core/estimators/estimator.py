@@ -15,6 +15,7 @@ from pose_core.estimators.uncertainty import FILTERED, VarianceCalibrations
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
+from pose_core.kernels.published_state import PublishedState
 
 
 class Estimator(ABC):
@@ -113,10 +114,10 @@ class Estimator(ABC):
         """Instant of the last observation [ns]; None if there is no pose to predict."""
         return None
 
-    def interpolated(self, stamps_ns: Sequence[int]) -> list[TimedPose]:
-        """Poses at instants [ns] between the last two observations; empty if unknown."""
+    def interpolated(self, stamps_ns: Sequence[int]) -> PublishedState | None:
+        """States at n instants [ns] between the last two observations; None if unknown."""
         del stamps_ns
-        return []
+        return None
 
     def flush(self) -> list[TimedPose]:
         """The remaining poses, after the end of the streams."""

@@ -32,9 +32,9 @@ class ImuEstimator(DefaultEstimator):
         """Predict the pose to a later instant; None while the filter still uses the cameras."""
         return super().predicted(stamp_ns, imus) if self._has_aligned else None
 
-    def interpolated(self, stamps_ns: Sequence[int]) -> list[TimedPose]:
-        """Poses at earlier instants; none while the filter still uses the cameras."""
-        return super().interpolated(stamps_ns) if self._has_aligned else []
+    def interpolated(self, stamps_ns: Sequence[int]) -> PublishedState | None:
+        """States at earlier instants; None while the filter still uses the cameras."""
+        return super().interpolated(stamps_ns) if self._has_aligned else None
 
     def _uses_cameras(self) -> bool:
         """Use the cameras until every IMU is aligned or its time is over, or if none is left."""

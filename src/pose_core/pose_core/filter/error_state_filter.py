@@ -179,7 +179,7 @@ class ErrorStateFilter:
         interval_s, before = self._before
         count = len(ages_s)
         published = self._make_published(
-            (count,), np.array([information] * count), np.full((count, 1), scale)
+            (count,), np.repeat(information[None], count, axis=0), np.full((count, 1), scale)
         )
         shares = np.minimum(np.maximum(1.0 - ages_s / interval_s, 0.0), 1.0)
         self._interpolate_published(

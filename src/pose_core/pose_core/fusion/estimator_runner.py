@@ -3,12 +3,21 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimates.body_estimates import BodyEstimate, EstimateBlock
 from pose_core.estimates.observation import Observation
-from pose_core.estimates.poses import PoseBlock, StateBlock, TimedPose, block_of_poses
+from pose_core.estimates.poses import (
+    FusedPose,
+    StateBlock,
+    TimedPose,
+    block_of_poses,
+    joined_states,
+    state_block,
+)
 from pose_core.estimators.estimator import Estimator
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import estimator_class
@@ -72,8 +81,10 @@ class EstimatorRunner:
         self.tracker_delay_s = parameters.tracker_delay
         """Prior mean of the trackers' delays [s], for estimators that are made from now on."""
         self._publishes_frames = not has_output_rate(parameters)
-        self._poses: list[TimedPose] = []  # that wait to be converted together
-        self._newest_ns: list[int] = []  # for each of them
+        # What waits to be converted together: an estimator gives either.
+        self._states: list[StateBlock] = []
+        self._poses: list[tuple[FusedPose, int, int]] = []  # with their stamps, and the newest [ns]
+        self._count = 0  # of all these
         self._finished: list[EstimateBlock] = []  # converted, not taken yet
 
     def process(self, observation: Observation) -> None:
@@ -129,8 +140,11 @@ class EstimatorRunner:
             stamps_ns: The instants [ns], after the observation before the last one.
             newest_ns: Stamp of the newest sample of any source [ns].
         """
-        for pose in self.estimator.interpolated(stamps_ns):
-            self._add(pose, newest_ns)
+        states = self.estimator.interpolated(stamps_ns)
+        if states is not None:
+            stamps, newest = np.array(stamps_ns), np.full(len(stamps_ns), newest_ns)
+            self._states.append(StateBlock(stamps_ns=stamps, newest_ns=newest, states=states))
+            self._count += len(stamps_ns)
 
     def predict_one(
         self, stamp_ns: int, newest_ns: int, imus: ImuMeasurements
@@ -153,23 +167,29 @@ class EstimatorRunner:
 
     def take(self, least: int = 1) -> list[EstimateBlock]:
         """Remove and return the estimates of the poses that wait, once there are ``least``."""
-        if len(self._poses) >= least:
+        if self._count >= least:
             self._convert()
         finished, self._finished = self._finished, []
         return finished
 
-    def _add(self, pose: TimedPose, newest_ns: int) -> None:
-        self._poses.append(pose)
-        self._newest_ns.append(newest_ns)
+    def _add(self, timed: TimedPose, newest_ns: int) -> None:
+        self._count += 1
+        if isinstance(timed.pose, FusedPose):
+            self._poses.append((timed.pose, timed.stamp_ns, newest_ns))
+        else:
+            self._states.append(state_block(timed.pose, timed.stamp_ns, newest_ns))
 
     def _convert(self) -> None:
         """Convert the poses that wait, which are of one body."""
-        if not self._poses or self._output is None:
+        if self._output is None:
             return
-        block: PoseBlock | None = block_of_poses(self._poses, self._newest_ns, self._model)
-        self._poses, self._newest_ns = [], []
-        if isinstance(block, StateBlock):
-            block = self._output.estimates(block)
+        block: EstimateBlock | None = None
+        if self._states:
+            block = self._output.estimates(joined_states(self._states))
+        elif self._poses:
+            poses, stamps_ns, newest_ns = zip(*self._poses, strict=True)
+            block = block_of_poses(poses, stamps_ns, newest_ns, self._model)
+        self._states, self._poses, self._count = [], [], 0
         if block is not None:
             self._counters.add("estimates", len(block))
             self._finished.append(block)

@@ -134,8 +134,9 @@ class Preprocessor:
 
     def _add_imu(self, block: ImuBlock) -> Iterator[Observation]:
         self.counters.add("imu_samples", len(block))
-        known = np.isfinite(block.orientation).all(axis=1)
-        if not known.all():
+        is_finite = np.isfinite(block.orientation)
+        if not is_finite.all():
+            known = is_finite.all(axis=1)
             self.counters.add("imu_samples_without_orientation", int((~known).sum()))
             block = block.rows(np.flatnonzero(known))
         if not self._uses_imus:  # stored, to be named as unused

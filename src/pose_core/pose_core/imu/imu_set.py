@@ -65,12 +65,14 @@ class ImuSet:
         if block is not arrived:
             is_restored = block.stamps_ns != arrived.stamps_ns
             self.counters.add("imu_stamps_restored", int(is_restored.sum()))
-        saturated = -self.orientations.saturated_samples
         checked = self.orientations.checked(self.rates.checked(block))
-        saturated += self.orientations.saturated_samples
-        self.counters.add("imu_samples_saturated", saturated)
+        left_out = len(block) - len(checked)
+        if left_out:
+            counted = self.counters["imu_samples_saturated"]
+            saturated = self.orientations.saturated_samples - counted
+            self.counters.add("imu_samples_saturated", saturated)
+            self.counters.add("imu_samples_against_gyroscope", left_out - saturated)
         self._slips, self._replaced = self.orientations.slips, self.rates.replaced
-        self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked) - saturated)
         self.inverse = self._undecided = frozenset()
         if self._replaced:
             self.inverse, self._undecided = self.rates.inverse, self.rates.undecided

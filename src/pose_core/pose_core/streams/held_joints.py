@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import SkeletonSample
 
@@ -38,12 +37,14 @@ class HeldJoints:
         sensor = sample.sensor
         last, self._last[sensor] = self._last.get(sensor, sample), sample
         repeats = self._repeats[sensor]
-        is_same, has_moved = _compared(sample.positions, last.positions)
+        moved_m = np.abs(sample.positions - last.positions) @ np.ones(3)  # NaN where not known
+        is_same, has_moved = moved_m == 0.0, moved_m > 0.0
         self.held[sensor] = []
+        repeats[has_moved] = 0
+        if not is_same.any():
+            return sample
         if has_moved.any():  # otherwise the whole frame is repeated
-            repeats[has_moved] = 0
-            if is_same.any():
-                repeats[is_same & (repeats >= 0)] += 1
+            repeats[is_same & (repeats >= 0)] += 1
         is_held = is_same & (repeats >= HELD_FRAMES)
         if not is_held.any():
             return sample
@@ -57,11 +58,3 @@ class HeldJoints:
             positions=np.where(is_lost[:, None], np.nan, sample.positions),
             tracking_state=np.minimum(sample.tracking_state, most).astype(np.uint8),
         )
-
-
-def _compared(
-    positions: FloatArray, before: FloatArray
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Joints at the same position as before, and joints known to be elsewhere, (15,) each."""
-    moved_m = np.abs(positions - before).sum(axis=1)
-    return moved_m == 0.0, moved_m > 0.0
