@@ -33,6 +33,7 @@ from pose_core.filter.imu import ImuFrame
 from pose_core.filter.posture import OPPOSITE
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
+from pose_core.filter.tracker_errors import TrackerErrorConstants
 from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINTS, TrackingState
 
@@ -40,6 +41,7 @@ LARGEST_STDDEV = 1.2  # [rad]
 CAMERA_TIMEOUT_S = 0.15  # [s]
 DELAYS_S = (-0.02, 0.2)
 DELAY_GAIN = 2.2
+LINK_DELAY_SCALE = 0.1
 VIEW_APART_S, FOOT_HEIGHT_S = 1.0, 2.0  # [s]
 DEPTH_MEMORY_S, DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 1.0, 10.0, 3.0
 LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
@@ -212,9 +214,8 @@ class ReferenceFilter:
             r = seen[end].residual - seen[start].residual
             weight = min(seen[start].weight, seen[end].weight)
             weight *= 1.0 - max(view.occlusion[start], view.occlusion[end])
-            sums += weight * np.array([v @ v, delay_s * (v @ v) - DELAY_GAIN * v @ r])
-        prior = constants.delay_prior
-        delay_s = (sums[1] + prior * constants.known_delay_s) / (sums[0] + prior)
+            sums[link] += weight * np.array([v @ v, delay_s * (v @ v) - DELAY_GAIN * v @ r])
+        delay_s = combined_delay(constants, sums)
         state.delay[sensor] = np.clip(delay_s, *DELAYS_S)
 
     def _estimate_shared_offsets(self, view: PlainView) -> None:
@@ -335,3 +336,18 @@ def inject_error(state: FilterState, error: FloatArray) -> None:
         own = int(state.imu_column[link])
         state.R_sensor_link[link] @= Rotation.from_rotvec(error[own : own + 3]).as_matrix()
         state.heading[link] += error[own + 3]
+
+
+def combined_delay(constants: TrackerErrorConstants, sums: FloatArray) -> float:
+    """Mean of the links' delays, each with the variance between links in addition."""
+    with_imu = sums[:, 0] > 0.0
+    (W, product), k = sums[with_imu].T, constants.strap_swing[with_imu]
+    variance, between = LINK_DELAY_SCALE**2 / W, 0.0
+    if len(W) > 1:
+        excess = W @ (product / W - product.sum() / W.sum()) ** 2
+        excess -= (len(W) - 1) * LINK_DELAY_SCALE**2
+        between = max(excess, 0.0) / (W @ k**2 - (W * k) @ (W * k) / W.sum())
+    precision = 1.0 / (variance + between * k**2)
+    precision = np.append(precision, constants.delay_prior / LINK_DELAY_SCALE**2)
+    delays = np.append(product / W, constants.known_delay_s)
+    return float(precision @ delays / precision.sum())

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.segment_tree import SegmentTree, without_side
 from pose_core.filter.camera import CameraConstants
@@ -57,6 +58,7 @@ def make_constants(
         tracker_errors=TrackerErrorConstants(
             starts=tree.model.link_joints,
             ends=_link_ends(tree.model),
+            strap_swing=_strap_swing(tree.model, tuning.imu),
             delay_prior=tuning.camera.delay_prior,
             delay_memory_s=tuning.camera.delay_memory,
             known_delay_s=float(known_delay_s),
@@ -120,6 +122,10 @@ def _imu(model: BodyModel, noise: ImuNoise) -> ImuConstants:
         student_dof=noise.student_dof,
         rate_stddev=rate_stddev,
     )
+
+
+def _strap_swing(model: BodyModel, noise: ImuNoise) -> FloatArray:
+    return np.array([noise.strap_swing.get(without_side(name), 1.0) for name in model.link_names])
 
 
 def _shared_offsets(tree: SegmentTree, tuning: FilterTuning) -> SharedOffsetConstants:

@@ -18,16 +18,13 @@ from pose_core.filter.motion import predict
 from pose_core.filter.published import predict_published
 from pose_core.filter.state import FilterState, Pose, start_state
 from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
+from pose_core.filter.tracker_errors import combined_delay
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.left_right_swaps import undo_swaps
 from pose_core.kernels.published_state import PublishedState
-
-DELAY_SCALE = 0.2
-"""[m] Standard deviation of a delay, times the root of the sum of squared speeds: the error of the
-delays in simulated sessions."""
 
 
 class ErrorStateFilter:
@@ -58,7 +55,7 @@ class ErrorStateFilter:
         self.delays_s = np.full(sensors, self._constants.tracker_errors.known_delay_s)
         """Estimated delay of each camera's tracker, (sensors,) [s]; a new start keeps it."""
         self._before: tuple[float, Pose] | None = None  # interval of the last prediction [s]; pose
-        self._delay_sums = np.zeros((sensors, 2))
+        self._delay_sums = np.zeros((sensors, len(self._tree.parents), 2))
         self._imus = NO_IMUS  # at the state's instant
         self._predict = type_specialised(predict)
         self._update_with_imus = type_specialised(update_with_imus)
@@ -75,10 +72,7 @@ class ErrorStateFilter:
         A negative one means that the IMUs' samples are late.
         """
         constants = self._constants.tracker_errors
-        squared, product = self._delay_sums.T
-        weight = squared + constants.delay_prior
-        delays_s = (product + constants.delay_prior * constants.known_delay_s) / weight
-        return np.stack([delays_s, DELAY_SCALE / np.sqrt(weight)])
+        return np.array([combined_delay(constants, sums) for sums in self._delay_sums]).T
 
     def start(self, joints: FloatArray) -> bool:
         """Start at rest at measured joints, (15, 3) [m]; False if the trunk is not visible."""

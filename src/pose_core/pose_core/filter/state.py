@@ -35,7 +35,7 @@ class FilterState(NamedTuple):
     pose: Pose
     P: FloatArray  # (n, n) covariance of the error, in the order of Layout
     delay: FloatArray  # (sensors,) [s] of each tracker; subtracted from its stamps
-    delay_sums: FloatArray  # (sensors, 2) [m²/s², m²/s] see pose_core.filter.tracker_errors
+    delay_sums: FloatArray  # (sensors, links, 2) [m²/s², m²/s] see pose_core.filter.tracker_errors
     R_sensor_link: FloatArray  # (links, 3, 3) mounting of each link's IMU
     heading: FloatArray  # (links,) [rad] of the IMU's reference frame in map, about z
     imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error, or NO_COLUMN
@@ -100,7 +100,7 @@ def start_state(
         ),
         P=np.diag(stddev**2),
         delay=np.zeros(sensors),
-        delay_sums=np.zeros((sensors, 2)),
+        delay_sums=np.zeros((sensors, links, 2)),
         R_sensor_link=np.tile(np.eye(3), (links, 1, 1)),
         heading=np.zeros(links),
         imu_column=np.full(links, NO_COLUMN, np.int64),

@@ -7,7 +7,9 @@ cameras.
 
 A frame's stamp is first corrected by its tracker's delay. Where IMUs measure the rates, the
 remaining delay shows as a residual along the velocity. It is estimated by a robust regression over
-the links that carry an IMU, with a prior around the known delay.
+the links that carry an IMU, with a prior around the known delay. An IMU whose strap swings lags or
+leads its link, which looks like a delay of this link's own. The more the links' delays differ, the
+less each link counts by the speed that it had, thighs least.
 
 Two views that are apart as a whole, as after a bump, cannot both be right: each one's mean distance
 from the state is part of the position's published variance.
@@ -34,6 +36,10 @@ SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.2  # [s] of a tracker
 DELAY_GAIN = 2.2
 """[-] The state follows a late camera in part, so residuals show less than half of a delay. With
 this gain, no lag was left in sessions with nine IMUs."""
+DELAY_SCALE = 0.2
+"""[m] Standard deviation of a delay, times the root of the sum of squared speeds: the error of the
+delays in simulated sessions."""
+LINK_DELAY_SCALE = 0.1  # [m] the same of the differences between links
 VIEW_APART_MEMORY_S = 1.0  # [s] over which a view's distance from the state is averaged
 CONTRADICTED = 25.0  # [-] smoothed NIS above which the cameras contradict a link
 
@@ -43,7 +49,8 @@ class TrackerErrorConstants(NamedTuple):
 
     starts: NDArray[np.int64]  # (links,) joint at the start of each link; −1 for the root
     ends: NDArray[np.int64]  # (links,) joint at the end of each link
-    delay_prior: float  # [m²/s²] λ of :func:`estimate_delay`
+    strap_swing: NDArray[np.float64]  # (links,) [-] k of :func:`combined_delay`
+    delay_prior: float  # [m²/s²] λ of :func:`combined_delay`
     delay_memory_s: float  # of its sums
     known_delay_s: float  # [s] prior mean of the trackers' delays, from the parameters
     nis_memory_s: float  # [s] time constant with which the joints' NIS is smoothed
@@ -110,14 +117,14 @@ def estimate_view_apart(update: FrameUpdate, state: FilterState) -> None:
 def estimate_delay(
     constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState
 ) -> None:
-    r"""Update the estimated delay of a tracker.
+    r"""Update the sums of each link's delay, and the estimated delay of a tracker.
 
     .. math::
-        \tau = \frac{\lambda\tau_0 + \sum w\,v \cdot (\tau_k v - g\,r)}{\lambda + \sum w\,v^2}
+        W = \sum w\,v^2, \quad W \tau = \sum w\,v \cdot (\tau_k v - g\,r)
 
-    v and r are the velocity and the residual of a link's end relative to its start,
-    :math:`\tau_k` the estimate by which the frame's stamp was corrected, :math:`\tau_0` the known
-    delay, and g is :data:`DELAY_GAIN`.
+    v and r are the velocity and the residual of the link's end relative to its start,
+    :math:`\tau_k` the estimate by which the frame's stamp was corrected, and g is
+    :data:`DELAY_GAIN`.
     """
     frame, view, rows, weights = update.frame, update.predicted, update.rows, update.result.weights
     group_of = np.full(len(frame.positions), -1)
@@ -137,11 +144,54 @@ def estimate_delay(
         for axis in range(3):
             v = view.velocity[end, axis] - view.velocity[start, axis]
             r = rows.residual[rows.first[last] + axis] - rows.residual[rows.first[first] + axis]
-            sums[0] += weight * v * v
-            sums[1] += weight * v * (delay_s * v - DELAY_GAIN * r)
-    prior = constants.delay_prior
-    delay_s = (sums[1] + prior * constants.known_delay_s) / (sums[0] + prior)
+            sums[link, 0] += weight * v * v
+            sums[link, 1] += weight * v * (delay_s * v - DELAY_GAIN * r)
+    delay_s = combined_delay(constants, sums)[0]
     state.delay[frame.sensor] = min(max(delay_s, SHORTEST_DELAY_S), LONGEST_DELAY_S)
+
+
+@compiled
+def combined_delay(
+    constants: TrackerErrorConstants, sums: NDArray[np.float64]
+) -> tuple[float, float]:
+    r"""Combine the delays of the links; the delay, unbounded, and its standard deviation [s].
+
+    Links differ by :math:`(b\,k)^2` beyond the variance :math:`s^2 / W` of each, with s
+    :data:`LINK_DELAY_SCALE`, :math:`\tau_0` the known delay, :math:`\bar\tau` the mean by W:
+
+    .. math::
+        \tau = \frac{\lambda\tau_0 + \sum W^* \tau}{\lambda + \sum W^*}, \quad
+        \frac{1}{W^*} = \frac{1}{W} + \frac{b^2 k^2}{s^2}, \quad
+        b^2 = \frac{\sum W (\tau - \bar\tau)^2 - (n - 1) s^2}
+        {\sum W k^2 - \sum W^2 k^2 / \sum W}
+
+    Straps that all lag bias every link alike, so b is part of the deviation, however many links.
+
+    References:
+        DerSimonian, Laird (1986), Meta-analysis in clinical trials, Controlled Clinical Trials 7.
+    """
+    total, product, squared, spread_of_b, common, links = 0.0, 0.0, 0.0, 0.0, 0.0, 0
+    for link in range(len(sums)):
+        W = sums[link, 0]
+        if W > 0.0:
+            total += W
+            product += sums[link, 1]
+            squared += sums[link, 1] ** 2 / W
+            spread_of_b += W * constants.strap_swing[link] ** 2
+            common += (W * constants.strap_swing[link]) ** 2
+            links += 1
+    b_squared = 0.0
+    if links > 1:
+        excess = squared - product**2 / total - (links - 1) * LINK_DELAY_SCALE**2
+        if excess > 0.0:
+            b_squared = excess / (spread_of_b - common / total)
+    weight, product = constants.delay_prior, constants.delay_prior * constants.known_delay_s
+    for link in range(len(sums)):
+        apart = b_squared * (constants.strap_swing[link] / LINK_DELAY_SCALE) ** 2
+        share = 1.0 / (1.0 + sums[link, 0] * apart)  # W* / W
+        weight += share * sums[link, 0]
+        product += share * sums[link, 1]
+    return product / weight, np.sqrt(DELAY_SCALE**2 / weight + b_squared)
 
 
 @compiled

@@ -92,6 +92,9 @@ class ImuNoise:
     student_dof: float = 8.0  # [-]
     least_weight: float = 0.001  # [-] lower bound of an IMU's weight
     rate_stddev: float = 0.1  # [rad/s] of the gyroscope on its segment
+    strap_swing: Mapping[str, float] = field(  # [-] of links, by which IMUs lag or lead, to others'
+        default_factory=lambda: {"thigh": 2.0, "forearm": 0.6}
+    )
     alignment_walk: float = 0.0006  # [rad/√s]
     heading_walk: float = 0.006  # [rad/√s]
 
