@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_core.errors import InputError
-from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS, TrackingState
 from pose_io.recordings.joint_map_files import shipped_joint_map
 from pose_sim.captured.azure import MAP, NEAREST
 from pose_sim.captured.clip import RATE

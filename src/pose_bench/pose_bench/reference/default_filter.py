@@ -42,6 +42,8 @@ CAMERA_TIMEOUT_S = 0.15  # [s]
 DELAYS_S = (-0.02, 0.2)
 DELAY_GAIN = 2.2
 LINK_DELAY_SCALE = 0.1
+VISIBLE, COMPARED_S, COMPARED_JOINTS, COMPARED_DEVIATIONS = 0.3, 0.05, 6, 4.0
+VIEW_NOISE_S = 5.0  # [s]
 VIEW_APART_S, FOOT_HEIGHT_S = 1.0, 2.0  # [s]
 DEPTH_MEMORY_S, DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 1.0, 10.0, 3.0
 LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
@@ -119,6 +121,7 @@ class ReferenceFilter:
         joints = list(camera_groups(camera, state, view))
         groups = [*joints, *posture_groups(self.constants, state)]
         shared = robust_update(state, groups, self.constants.frame_update)
+        self._estimate_view_noise(view, joints)
         self._estimate_depth_errors(view, joints, *shared)
         self._estimate_offsets(view, joints)
         if joints:
@@ -159,6 +162,23 @@ class ReferenceFilter:
         for own in state.imu_column[state.imu_column >= 0]:
             Q[own : own + 4, own : own + 4] = dt_s * np.diag(walk)
         return Q
+
+    def _estimate_view_noise(self, view: PlainView, joints: list[Group]) -> None:
+        """Update the views' noise by the differences of their visible joints' heights."""
+        state, frame = self.state, view.frame
+        visible = (view.occlusion < VISIBLE) & (frame.tracking_state == TrackingState.TRACKED)
+        visible &= np.isin(np.arange(len(visible)), [group.source for group in joints])
+        height = np.where(visible, frame.positions[:, 2] - view.positions[:, 2], np.nan)
+        state.view_residual[frame.sensor] = height
+        limit = COMPARED_DEVIATIONS * np.sqrt(2.0 * state.view_noise[0])
+        for other, silent_s in enumerate(state.silent_s):
+            apart = height - state.view_residual[other]
+            apart = apart[np.isfinite(apart)]
+            if other == frame.sensor or silent_s > COMPARED_S or len(apart) < COMPARED_JOINTS:
+                continue
+            variance = 0.5 * np.clip(apart, -limit, limit).var()
+            share = 1.0 - np.exp(-view.gap_s / VIEW_NOISE_S)
+            state.view_noise[:] += share * (variance - state.view_noise)
 
     def _estimate_depth_errors(
         self, view: PlainView, joints: list[Group], shared: float, shared_variance: float

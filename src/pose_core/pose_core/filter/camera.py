@@ -8,8 +8,8 @@ position of joint j at that time, with the view's slowly varying offset b:
 
 The rotations are linearised with sigma points (``sigma_points``); everything else is linear. The
 Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. d is the error along the
-ray (``depth_errors``). The noise n is larger for inferred joints and under self-occlusion
-(``occlusion``).
+ray (``depth_errors``). The noise n is learnt from the views' differences (``view_noise``), and
+larger for inferred joints and under self-occlusion (``occlusion``).
 """
 
 from typing import NamedTuple
@@ -23,6 +23,7 @@ from pose_core.filter.occlusion import Capsules, fill_occlusion
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import FilterState, another_camera_sends
+from pose_core.filter.view_noise import noise_scale
 from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import (
@@ -83,7 +84,7 @@ def add_camera_rows(
         joint_jacobian(constants.body, joint, view.rotations, layout.first_slide, H)
         has_other = has_other_source(constants.body, state, frame.sensor, joint)
         occlusion = view.occlusion[joint] if has_other else 0.0
-        variance = joint_variance(constants, frame, joint, occlusion)
+        variance = joint_variance(constants, state, frame, joint, occlusion)
         variance += state.offset_variance[frame.sensor, joint]
         for axis in range(3):
             rows.noise[group, axis, axis] = variance
@@ -137,10 +138,14 @@ def heading_cosine_sine(R_map_root: FloatArray) -> tuple[float, float]:
 
 @compiled_in_place
 def joint_variance(
-    constants: CameraConstants, frame: CameraFrame, joint: int, occlusion: float
+    constants: CameraConstants,
+    state: FilterState,
+    frame: CameraFrame,
+    joint: int,
+    occlusion: float,
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
-    variance = constants.variance + constants.occluded_variance * occlusion**2
+    variance = noise_scale(state) * constants.variance + constants.occluded_variance * occlusion**2
     if frame.tracking_state[joint] == TrackingState.INFERRED:
         variance += constants.inferred_variance
     return variance

@@ -27,6 +27,7 @@ from pose_core.filter.camera import heading_cosine_sine
 from pose_core.filter.depth_errors import estimate_depth_errors
 from pose_core.filter.frame import FrameUpdate
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
+from pose_core.filter.view_noise import estimate_view_noise
 from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
@@ -64,6 +65,7 @@ def update_tracker_errors(
 
     The view's shared error in depth is removed from the residuals.
     """
+    estimate_view_noise(update, state)
     estimate_depth_errors(update, state)
     estimate_offsets(update, state)
     estimate_view_apart(update, state)

@@ -1,0 +1,55 @@
+r"""Noise of the joints that cameras measure, learnt from how far two views are apart.
+
+.. math:: \sigma^2 = \tfrac{1}{2}\,\mathrm{var}_j \left(r_{1j} - r_{2j}\right), \quad
+          r_{cj} = (z_{cj} - p_j) \cdot e_z
+
+Of two visible joints' residuals along the vertical, the difference is independent of how well the
+filter follows the motion; it contains the views' slow offsets, which the innovations do not show.
+An error of the extrinsics moves a whole view, which does not change the variance over the joints;
+errors along the rays are hardly vertical. Which of two views is wrong cannot be told, so the
+variance is one for all cameras. A single camera has the usual one.
+"""
+
+import numpy as np
+
+from pose_core.filter.frame import FrameUpdate
+from pose_core.filter.state import FilterState
+from pose_core.joints import TrackingState
+from pose_core.kernels.compiling import compiled, compiled_in_place
+
+USUAL_VARIANCE = 0.03**2  # [m²] of trackers for which CameraNoise.stddev is
+LEAST_SCALE, LARGEST_SCALE = 0.1, 4.0  # [-] of the measurement noise's variance
+LEARNING_S = 5.0  # [s]
+NEWEST_S = 0.05  # [s] largest age of the view that is compared
+VISIBLE = 0.3  # [-] largest occlusion of a joint that is compared
+LEAST_JOINTS = 6  # [-]
+LARGEST_DIFFERENCE = 4.0  # [-] in standard deviations, to which differences are clipped
+
+
+@compiled_in_place
+def noise_scale(state: FilterState) -> float:
+    """Factor [-] of the variance of a visible joint."""
+    return min(max(state.view_noise[0] / USUAL_VARIANCE, LEAST_SCALE), LARGEST_SCALE)
+
+
+@compiled
+def estimate_view_noise(update: FrameUpdate, state: FilterState) -> None:
+    """Update the noise by the differences between a frame and the other cameras' last ones."""
+    frame, predicted = update.frame, update.predicted
+    residual = state.view_residual[frame.sensor]
+    residual[:] = np.nan
+    for group in range(update.joints):
+        joint = update.rows.source[group]
+        is_tracked = frame.tracking_state[joint] == TrackingState.TRACKED
+        if is_tracked and predicted.occlusion[joint] < VISIBLE:
+            residual[joint] = frame.positions[joint, 2] - predicted.positions[joint, 2]
+    share = 1.0 - np.exp(-update.gap_s / LEARNING_S)
+    limit = LARGEST_DIFFERENCE * np.sqrt(2.0 * state.view_noise[0])
+    for other in range(len(state.silent_s)):
+        if other == frame.sensor or state.silent_s[other] > NEWEST_S:
+            continue
+        difference = residual - state.view_residual[other]
+        difference = difference[np.isfinite(difference)]
+        if len(difference) >= LEAST_JOINTS:
+            difference = np.minimum(np.maximum(difference, -limit), limit)
+            state.view_noise[0] += share * (0.5 * np.var(difference) - state.view_noise[0])
