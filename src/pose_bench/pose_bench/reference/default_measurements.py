@@ -239,7 +239,7 @@ def joint_variance(
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
     frame = view.frame
-    scale = np.clip(state.view_noise[0] / USUAL_VIEW_NOISE**2, 0.1, 4.0)
+    scale = np.clip(np.sqrt(state.view_noise[0]) / USUAL_VIEW_NOISE, 0.25, 2.0)
     variance = scale * constants.variance + state.offset_variance[frame.sensor, joint]
     if has_other_source(constants, state, frame.sensor, joint):
         variance += constants.occluded_variance * view.occlusion[joint] ** 2

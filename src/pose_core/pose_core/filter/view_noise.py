@@ -18,7 +18,7 @@ from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
 USUAL_VARIANCE = 0.03**2  # [m²] of trackers for which CameraNoise.stddev is
-LEAST_SCALE, LARGEST_SCALE = 0.1, 4.0  # [-] of the measurement noise's variance
+LEAST_SCALE, LARGEST_SCALE = 0.25, 2.0  # [-] of the measurement noise's variance
 LEARNING_S = 5.0  # [s]
 NEWEST_S = 0.05  # [s] largest age of the view that is compared
 VISIBLE = 0.3  # [-] largest occlusion of a joint that is compared
@@ -28,8 +28,8 @@ LARGEST_DIFFERENCE = 4.0  # [-] in standard deviations, to which differences are
 
 @compiled_in_place
 def noise_scale(state: FilterState) -> float:
-    """Factor [-] of the variance of a visible joint."""
-    return min(max(state.view_noise[0] / USUAL_VARIANCE, LEAST_SCALE), LARGEST_SCALE)
+    """Factor [-] of the variance of a visible joint, the root of that of the views' variance."""
+    return min(max(np.sqrt(state.view_noise[0] / USUAL_VARIANCE), LEAST_SCALE), LARGEST_SCALE)
 
 
 @compiled
