@@ -18,6 +18,7 @@ from pose_io.bags import open_bag
 EXECUTABLES = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion"
 STATES = "/humans/bodies/subject/joint_states"
 SETTLED_NS = 2_500_000_000  # [ns] after the first state; before, a second round knows the body
+FIRST_MEDIAN_DEG = 1.0  # of a first round: its body is measured in the first seconds only
 MEDIAN_DEG, MOST_DEG = 0.3, 3.0  # a busy machine may hold up a frame of a sensor here and there
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
@@ -51,7 +52,7 @@ def last_of(offline):
     return sorted(offline)[-4]
 
 
-def assert_same(live, offline):
+def assert_same(live, offline, median_deg=MEDIAN_DEG):
     """The states of a live round are the offline ones, once the filter has settled."""
     begin_ns = min(offline) + SETTLED_NS
     stamps = np.array(sorted(offline))
@@ -62,7 +63,7 @@ def assert_same(live, offline):
         if begin_ns <= stamp <= stamps[-1]
     ]
     assert len(errors) > 0.8 * (stamps > begin_ns).sum()
-    assert np.degrees(np.median(errors)) < MEDIAN_DEG
+    assert np.degrees(np.median(errors)) < median_deg
     assert np.degrees(np.quantile(errors, 0.95)) < MOST_DEG
 
 
@@ -124,7 +125,7 @@ def test_joint_states_at_five_times_real_time_equal_the_offline_ones(
 
     live = graph.round(last_of(offline))
 
-    assert_same(live, offline)
+    assert_same(live, offline, FIRST_MEDIAN_DEG)
     assert graph.player.wait() == 0
 
 
