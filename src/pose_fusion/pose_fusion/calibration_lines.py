@@ -32,18 +32,21 @@ def floor_line(extrinsics: Extrinsics) -> str:
 def clocks_line(extrinsics: Extrinsics, source: str) -> str:
     """One line about the clocks, which are known from ``source``; empty if there are none."""
     ahead = [
-        f"{name} {one.offset_ns / 1e6:+.0f} ms{_drift(one)}{SPLIT if name == IMUS else TRACKERS}"
+        f"{name} {one.offset_ns / 1e6:+.0f} ms{_drift(one)}{_contents(name)}"
         for name, one in extrinsics.clocks.items()
     ]
-    single = [
-        line.removeprefix(ONE_IMU).removesuffix(TRACKERS)
-        for line in ahead
-        if line.startswith(ONE_IMU)
-    ]
+    single = [line.removeprefix(ONE_IMU) for line in ahead if line.startswith(ONE_IMU)]
     line = ", ".join(line for line in ahead if not line.startswith(ONE_IMU))
     parts = [f"ahead of {extrinsics.reference}'s {source}: {line}"] if line else []
     parts += [f"ahead of the other IMUs' {source}: {', '.join(single)}"] if single else []
     return f"clocks: {'; '.join(parts)}" if parts else ""
+
+
+def _contents(name: str) -> str:
+    """What else a source's offset contains."""
+    if name.startswith(ONE_IMU):
+        return ""
+    return SPLIT if name == IMUS else TRACKERS
 
 
 def _drift(clock: Clock) -> str:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pose_bench.reference import default_filter
+from pose_bench.reference import default_tracker_errors
 from pose_core.body.average_body import neutral_pose
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree
@@ -72,5 +72,5 @@ def test_the_compiled_combination_equals_the_reference():
     for _ in range(50):
         sums = rng.exponential(300.0, (len(MODEL.links), 2)) * (rng.random((11, 1)) < 0.7)
         sums[:, 1] = sums[:, 0] * rng.normal(0.06, rng.choice([0.002, 0.03]), len(sums))
-        expected = default_filter.combined_delay(CONSTANTS, sums)
+        expected = default_tracker_errors.combined_delay(CONSTANTS, sums)
         assert combined_delay(CONSTANTS, sums)[0] == pytest.approx(expected, abs=1e-12)

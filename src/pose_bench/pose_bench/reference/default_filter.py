@@ -26,6 +26,7 @@ from pose_bench.reference.default_measurements import (
     standing_foot_groups,
     view_of,
 )
+from pose_bench.reference.default_tracker_errors import update_tracker_errors
 from pose_core.arrays import FloatArray
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.frame import CameraFrame
@@ -33,22 +34,14 @@ from pose_core.filter.imu import ImuFrame
 from pose_core.filter.posture import OPPOSITE
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
-from pose_core.filter.tracker_errors import TrackerErrorConstants
 from pose_core.filter.update import UpdateConstants
-from pose_core.joints import JOINTS, TrackingState
+from pose_core.joints import JOINTS
 
 LARGEST_STDDEV = 1.2  # [rad]
 CAMERA_TIMEOUT_S = 0.15  # [s]
-DELAYS_S = (-0.02, 0.2)
-DELAY_GAIN = 2.2
-LINK_DELAY_SCALE = 0.1
-VISIBLE, COMPARED_S, COMPARED_JOINTS, COMPARED_DEVIATIONS = 0.3, 0.05, 6, 4.0
-VIEW_NOISE_S = 5.0  # [s]
-VIEW_APART_S, FOOT_HEIGHT_S = 1.0, 2.0  # [s]
-DEPTH_MEMORY_S, DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 1.0, 10.0, 3.0
-LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
+FOOT_HEIGHT_S, DEPTH_MEMORY_S = 2.0, 1.0  # [s]
 WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
-SMOOTHED_NIS_CLIP, CONTRADICTED, MEAN_NIS_CLIP, LOST_NIS = 400.0, 25.0, 9.0, 25.0  # [-]
+MEAN_NIS_CLIP, LOST_NIS = 9.0, 25.0  # [-]
 
 
 class ReferenceFilter:
@@ -121,21 +114,13 @@ class ReferenceFilter:
         joints = list(camera_groups(camera, state, view))
         groups = [*joints, *posture_groups(self.constants, state)]
         shared = robust_update(state, groups, self.constants.frame_update)
-        self._estimate_view_noise(view, joints)
-        self._estimate_depth_errors(view, joints, *shared)
-        self._estimate_offsets(view, joints)
-        if joints:
-            apart = [frame.positions[each.source] - view.positions[each.source] for each in joints]
-            old, share = state.view_apart[frame.sensor], 1.0 - np.exp(-view.gap_s / VIEW_APART_S)
-            state.view_apart[frame.sensor] = (1.0 - share) * old + share * np.mean(apart, axis=0)
+        update_tracker_errors(self.constants.tracker_errors, state, view, joints, shared)
         lowest = min(view.positions[FEET, 2])
         kept = np.exp(-view.gap_s / FOOT_HEIGHT_S)
         before = np.where(np.isfinite(state.foot_height), state.foot_height, lowest)
         state.foot_height[:] = kept * before + (1.0 - kept) * lowest
-        self._estimate_delay(view, joints)
         if joints:
             self._estimate_shared_offsets(view)
-        self._note_contradictions(view, joints)
         information = np.zeros((len(state.heading), 3, 3))
         for group in joints:
             for link in range(len(information)):
@@ -162,81 +147,6 @@ class ReferenceFilter:
         for own in state.imu_column[state.imu_column >= 0]:
             Q[own : own + 4, own : own + 4] = dt_s * np.diag(walk)
         return Q
-
-    def _estimate_view_noise(self, view: PlainView, joints: list[Group]) -> None:
-        """Update the views' noise by the differences of their visible joints' heights."""
-        state, frame = self.state, view.frame
-        visible = (view.occlusion < VISIBLE) & (frame.tracking_state == TrackingState.TRACKED)
-        visible &= np.isin(np.arange(len(visible)), [group.source for group in joints])
-        height = np.where(visible, frame.positions[:, 2] - view.positions[:, 2], np.nan)
-        state.view_residual[frame.sensor] = height
-        limit = COMPARED_DEVIATIONS * np.sqrt(2.0 * state.view_noise[0])
-        for other, silent_s in enumerate(state.silent_s):
-            apart = height - state.view_residual[other]
-            apart = apart[np.isfinite(apart)]
-            if other == frame.sensor or silent_s > COMPARED_S or len(apart) < COMPARED_JOINTS:
-                continue
-            variance = 0.5 * np.clip(apart, -limit, limit).var()
-            share = 1.0 - np.exp(-view.gap_s / VIEW_NOISE_S)
-            state.view_noise[:] += share * (variance - state.view_noise)
-
-    def _estimate_depth_errors(
-        self, view: PlainView, joints: list[Group], shared: float, shared_variance: float
-    ) -> None:
-        """Update this view's errors along its rays; remove the shared one from the residuals."""
-        state, sensor, gap_s = self.state, view.frame.sensor, view.gap_s
-        variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
-        state.depth_error[sensor] += np.sqrt(variance) * shared
-        state.depth_error_variance[sensor] = variance * shared_variance
-        for group in joints:
-            group.residual = group.residual - shared * group.shared
-        others = np.delete(state.silent_s, sensor)
-        if not joints or not np.any(others < CAMERA_TIMEOUT_S):
-            return
-        squared = state.depth_error[sensor] ** 2 + state.depth_error_variance[sensor]
-        power += (1.0 - np.exp(-gap_s / DEPTH_LEARNING_S)) * (squared - power)
-        state.depth_error_power[sensor] = max(power, LEAST_DEPTH_VARIANCE)
-        excess = []
-        for group in joints:
-            ray = view.ray(group.source)
-            noise = np.outer(group.residual, group.residual) - group.spread
-            along = ray @ noise @ ray
-            excess.append(along - 0.5 * (np.trace(noise) - along))
-        mean = np.average(excess, weights=[group.weight for group in joints])
-        share = 1.0 - np.exp(-gap_s / DEPTH_NOISE_LEARNING_S)
-        noise = state.depth_noise[sensor]
-        state.depth_noise[sensor] = max(noise + share * (mean - noise), 0.0)
-
-    def _estimate_offsets(self, view: PlainView, joints: list[Group]) -> None:
-        """Move this view's offset to the residual, and the others' so that the mean is kept."""
-        state, sensor, sensors = self.state, view.frame.sensor, len(self.state.silent_s)
-        if sensors < 2:
-            return
-        shares = np.full(sensors, -1.0 / (sensors - 1))
-        shares[sensor] = 1.0
-        for group in joints:
-            variance = state.offset_variance[sensor, group.source]
-            gain = 3.0 * variance / np.trace(group.noise / group.weight + group.spread)
-            change = gain * view.heading().T @ group.residual
-            state.offset[:, group.source] += np.outer(shares, change)
-            state.offset_variance[sensor, group.source] = (1.0 - gain) * variance
-
-    def _estimate_delay(self, view: PlainView, joints: list[Group]) -> None:
-        """Regress the bones' residuals on their velocities."""
-        state, constants, sensor = self.state, self.constants.tracker_errors, view.frame.sensor
-        seen = {group.source: group for group in joints}
-        sums, delay_s = state.delay_sums[sensor], state.delay[sensor]
-        sums *= np.exp(-view.gap_s / constants.delay_memory_s)
-        for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
-            if not state.has_imu[link] or start not in seen or end not in seen:
-                continue
-            v = view.velocity[end] - view.velocity[start]
-            r = seen[end].residual - seen[start].residual
-            weight = min(seen[start].weight, seen[end].weight)
-            weight *= 1.0 - max(view.occlusion[start], view.occlusion[end])
-            sums[link] += weight * np.array([v @ v, delay_s * (v @ v) - DELAY_GAIN * v @ r])
-        delay_s = combined_delay(constants, sums)
-        state.delay[sensor] = np.clip(delay_s, *DELAYS_S)
 
     def _estimate_shared_offsets(self, view: PlainView) -> None:
         """Update the mean of the waist; a common rotation of both lines is taken as an offset."""
@@ -265,21 +175,6 @@ class ReferenceFilter:
                 turn = np.array([error[0], 0.0, error[1]])
                 offset = np.cross(turn, [0.0, y, 0.0])
                 state.shared_offset[JOINTS.index(f"{side}_{line}")] = offset
-
-    def _note_contradictions(self, view: PlainView, joints: list[Group]) -> None:
-        """Smooth the joints' NIS; note the links that all active cameras contradict."""
-        state, constants = self.state, self.constants.tracker_errors
-        sensor, gap_s = view.frame.sensor, view.gap_s
-        state.silent_s[sensor] = 0.0
-        share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)
-        newest = np.zeros(state.nis.shape[1])
-        for group in joints:
-            if view.frame.tracking_state[group.source] == TrackingState.TRACKED:
-                newest[group.source] = min(group.nis, SMOOTHED_NIS_CLIP)
-        state.nis[sensor] += share * (newest - state.nis[sensor])
-        least = state.nis[state.silent_s < CAMERA_TIMEOUT_S].min(axis=0)[constants.ends]
-        passed_s = np.where(least > CONTRADICTED, gap_s, -gap_s) / len(state.silent_s)
-        state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)
 
     def _turn_back(self) -> int:
         """Rotate links without IMUs that are half a turn off about their axes; their number."""
@@ -356,18 +251,3 @@ def inject_error(state: FilterState, error: FloatArray) -> None:
         own = int(state.imu_column[link])
         state.R_sensor_link[link] @= Rotation.from_rotvec(error[own : own + 3]).as_matrix()
         state.heading[link] += error[own + 3]
-
-
-def combined_delay(constants: TrackerErrorConstants, sums: FloatArray) -> float:
-    """Mean of the links' delays, each with the variance between links in addition."""
-    with_imu = sums[:, 0] > 0.0
-    (W, product), k = sums[with_imu].T, constants.strap_swing[with_imu]
-    variance, between = LINK_DELAY_SCALE**2 / W, 0.0
-    if len(W) > 1:
-        excess = W @ (product / W - product.sum() / W.sum()) ** 2
-        excess -= (len(W) - 1) * LINK_DELAY_SCALE**2
-        between = max(excess, 0.0) / (W @ k**2 - (W * k) @ (W * k) / W.sum())
-    precision = 1.0 / (variance + between * k**2)
-    precision = np.append(precision, constants.delay_prior / LINK_DELAY_SCALE**2)
-    delays = np.append(product / W, constants.known_delay_s)
-    return float(precision @ delays / precision.sum())

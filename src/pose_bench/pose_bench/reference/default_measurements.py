@@ -24,7 +24,6 @@ from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_kinematics import BodyArrays
 
 LONGEST_GAP_S = 0.1  # [s]
-USUAL_VIEW_NOISE = 0.03  # [m]
 FASTEST_LINK = 6.0  # [rad/s] above which noise is constant
 HELD_JERK = 100.0  # [rad/s³]
 SOFTNESS, STAND_OFF, LEAST_DEFINED = 0.02, 0.06, 1e-3  # [m], [m], [-]
@@ -239,7 +238,7 @@ def joint_variance(
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
     frame = view.frame
-    scale = np.clip(np.sqrt(state.view_noise[0]) / USUAL_VIEW_NOISE, 0.25, 2.0)
+    scale = np.clip(np.sqrt(state.view_noise[0]), 0.25, 2.0)
     variance = scale * constants.variance + state.offset_variance[frame.sensor, joint]
     if has_other_source(constants, state, frame.sensor, joint):
         variance += constants.occluded_variance * view.occlusion[joint] ** 2

@@ -44,7 +44,7 @@ class FilterState(NamedTuple):
     depth_error_variance: FloatArray  # (sensors,) [m²]
     depth_error_power: FloatArray  # (sensors,) [m²] its mean square over time
     depth_noise: FloatArray  # (sensors,) [m²] variance of single joints along the rays, in addition
-    view_noise: FloatArray  # (1,) [m²] variance of visible joints in each direction; see view_noise
+    view_noise: FloatArray  # (1,) [-] variance of the views' differences, relative to the usual
     view_residual: FloatArray  # (sensors, joints) [m] of each view's last frame, upwards; or NaN
     offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis' heading frame
     offset_variance: FloatArray  # (sensors, joints) [m²]
@@ -111,7 +111,7 @@ def start_state(
         depth_error_variance=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
         depth_error_power=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
         depth_noise=np.full(sensors, has_depth_errors * tuning.start.depth_noise**2),
-        view_noise=np.full(1, tuning.start.view_noise**2),
+        view_noise=np.ones(1),
         view_residual=np.full((sensors, joints), np.nan),
         offset=np.zeros((sensors, joints, 3)),
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),

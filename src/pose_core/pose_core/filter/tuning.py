@@ -50,7 +50,9 @@ class CameraNoise:
     The noise is 1.5 times as large as the errors are, since these are correlated in time.
     """
 
-    stddev: float = 0.03  # [m] of a tracked, visible joint, for the usual view_noise
+    stddev: float = (
+        0.03  # [m] of a tracked, visible joint, of usual trackers: see filter.view_noise
+    )
     inferred_stddev: float = 0.12  # [m] in addition for an inferred joint
     occluded_stddev: float = 0.15  # [m] in addition under self-occlusion
     student_dof: float = 3.0  # [-] of Student's t of a joint's residual
@@ -109,7 +111,6 @@ class StartNoise:
     rate: float = 0.5  # [rad/s]
     depth_error: float = 0.015  # [m] of a view, see pose_core.filter.depth_errors
     depth_noise: float = 0.02  # [m] of its joints
-    view_noise: float = 0.03  # [m] of all views' joints, see pose_core.filter.view_noise
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,10 @@
 r"""Noise of the joints that cameras measure, learnt from how far two views are apart.
 
-.. math:: \sigma^2 = \tfrac{1}{2}\,\mathrm{var}_j \left(r_{1j} - r_{2j}\right), \quad
+.. math:: R = R_0\,\sigma / \sigma_0, \quad
+          \sigma^2 = \tfrac{1}{2}\,\mathrm{var}_j \left(r_{1j} - r_{2j}\right), \quad
           r_{cj} = (z_{cj} - p_j) \cdot e_z
+
+:math:`R_0` is the variance of ``CameraNoise.stddev``, for trackers with :math:`\sigma_0`.
 
 Of two visible joints' residuals along the vertical, the difference is independent of how well the
 filter follows the motion; it contains the views' slow offsets, which the innovations do not show.
@@ -17,8 +20,8 @@ from pose_core.filter.state import FilterState
 from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
-USUAL_VARIANCE = 0.03**2  # [m²] of trackers for which CameraNoise.stddev is
-LEAST_SCALE, LARGEST_SCALE = 0.25, 2.0  # [-] of the measurement noise's variance
+USUAL_VARIANCE = 0.03**2  # [m²] σ0²
+LEAST_SCALE, LARGEST_SCALE = 0.25, 2.0  # [-] of R
 LEARNING_S = 5.0  # [s]
 NEWEST_S = 0.05  # [s] largest age of the view that is compared
 VISIBLE = 0.3  # [-] largest occlusion of a joint that is compared
@@ -28,8 +31,8 @@ LARGEST_DIFFERENCE = 4.0  # [-] in standard deviations, to which differences are
 
 @compiled_in_place
 def noise_scale(state: FilterState) -> float:
-    """Factor [-] of the variance of a visible joint, the root of that of the views' variance."""
-    return min(max(np.sqrt(state.view_noise[0] / USUAL_VARIANCE), LEAST_SCALE), LARGEST_SCALE)
+    """Factor [-] of the variance of a visible joint."""
+    return min(max(np.sqrt(state.view_noise[0]), LEAST_SCALE), LARGEST_SCALE)
 
 
 @compiled
@@ -44,7 +47,7 @@ def estimate_view_noise(update: FrameUpdate, state: FilterState) -> None:
         if is_tracked and predicted.occlusion[joint] < VISIBLE:
             residual[joint] = frame.positions[joint, 2] - predicted.positions[joint, 2]
     share = 1.0 - np.exp(-update.gap_s / LEARNING_S)
-    limit = LARGEST_DIFFERENCE * np.sqrt(2.0 * state.view_noise[0])
+    limit = LARGEST_DIFFERENCE * np.sqrt(2.0 * USUAL_VARIANCE * state.view_noise[0])
     for other in range(len(state.silent_s)):
         if other == frame.sensor or state.silent_s[other] > NEWEST_S:
             continue
@@ -52,4 +55,5 @@ def estimate_view_noise(update: FrameUpdate, state: FilterState) -> None:
         difference = difference[np.isfinite(difference)]
         if len(difference) >= LEAST_JOINTS:
             difference = np.minimum(np.maximum(difference, -limit), limit)
-            state.view_noise[0] += share * (0.5 * np.var(difference) - state.view_noise[0])
+            relative = 0.5 * np.var(difference) / USUAL_VARIANCE
+            state.view_noise[0] += share * (relative - state.view_noise[0])

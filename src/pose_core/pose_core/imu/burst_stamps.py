@@ -50,7 +50,8 @@ class BurstStamps:
     @property
     def in_bursts(self) -> frozenset[str]:
         """Segments whose IMU's samples come in bursts."""
-        return frozenset(self._rows.named(self._rows.memory.share > BURST_SHARE))
+        is_in_bursts = self._rows.memory.share > BURST_SHARE
+        return frozenset(self._rows.named(is_in_bursts)) if is_in_bursts.any() else frozenset()
 
     def restored(self, block: ImuBlock) -> ImuBlock:
         """The block with sampling times instead of times of arrival, where they come in bursts."""

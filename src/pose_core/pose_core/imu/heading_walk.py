@@ -67,7 +67,9 @@ class HeadingWalks:
     def add(self, block: ImuBlock, in_bursts: Set[str] = frozenset()) -> None:
         """Take samples into account; of some segments' IMUs, they come in bursts."""
         imu = self._rows.of(block)
-        is_in_bursts = np.array([name in in_bursts for name in self._rows.segments], np.bool_)
+        is_in_bursts = np.zeros(len(self._rows.segments), np.bool_)
+        if in_bursts:
+            is_in_bursts[:] = [name in in_bursts for name in self._rows.segments]
         self._watch_samples(
             self._rows.memory,
             imu,

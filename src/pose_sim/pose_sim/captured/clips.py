@@ -92,23 +92,27 @@ def _joined(first: Clip, second: Clip) -> Clip:
     weights = share[:, None, None]
     bridge = (1.0 - weights) * first.positions[-1] + weights * positions[0]
     rotations = {}
-    for name in [each for each in first.rotations if each in second.rotations]:
+    for name in first.rotations.keys() & second.rotations.keys():
         before, after = first.rotations[name], turn * second.rotations[name]
         between = Slerp([0.0, 1.0], Rotation.concatenate([before[-1], after[0]]))(share)
         rotations[name] = Rotation.concatenate([before, between, after])
-        if name in LIMB_ENDS:  # a bone turns with its segment and keeps its length
-            start, end = (JOINT_INDEX[joint] for joint in LIMB_ENDS[name])
-            bones = [
-                turned.inv().apply(joints[end] - joints[start])
-                for turned, joints in ((before[-1], first.positions[-1]), (after[0], positions[0]))
-            ]
-            bone = (1.0 - share)[:, None] * bones[0] + share[:, None] * bones[1]
-            bridge[:, end] = bridge[:, start] + between.apply(bone)
+    for name, (start, end) in LIMB_ENDS.items():  # bones turn and keep their lengths, upper first
+        row = slice(len(first), len(first) + count)
+        bridge[:, JOINT_INDEX[end]] = bridge[:, JOINT_INDEX[start]] + rotations[name][row].apply(
+            (1.0 - share)[:, None] * _bone(first, name, -1)
+            + share[:, None] * _bone(second, name, 0)
+        )
     return Clip(
         name=first.name,
         positions=np.concatenate([first.positions, bridge, positions]),
         rotations=rotations,
     )
+
+
+def _bone(clip: Clip, name: str, row: int) -> FloatArray:
+    """A limb's bone in its segment's axes, (3,) [m]."""
+    start, end = (clip.positions[row, JOINT_INDEX[joint]] for joint in LIMB_ENDS[name])
+    return np.asarray(clip.rotations[name][row].inv().apply(end - start))
 
 
 def spun(clip: Clip, rng: np.random.Generator) -> Clip:
