@@ -16,9 +16,10 @@ from pose_core.stamps import nanoseconds
 from pose_io.bags import open_bag
 
 EXECUTABLES = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion"
+BODY = "body.yaml"  # measured offline, over the whole bag
 STATES = "/humans/bodies/subject/joint_states"
 SETTLED_NS = 2_500_000_000  # [ns] after the first state; before, a second round knows the body
-FIRST_MEDIAN_DEG = 1.0  # of a first round: its body is measured in the first seconds only
+FIRST_MEDIAN_DEG = 1.0  # of a first round whose body is measured in its first seconds only
 MEDIAN_DEG, MOST_DEG = 0.3, 3.0  # a busy machine may hold up a frame of a sensor here and there
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
@@ -37,8 +38,9 @@ def bag(tmp_path_factory):
 @pytest.fixture(scope="module")
 def offline(start_module_process, bag):
     """Positions of the joints by stamp [ns]."""
-    out = bag.parent / "offline"
-    assert start_module_process([f"{EXECUTABLES}/fuse", bag, out, "--output-rate", "0"]).wait() == 0
+    out, body = bag.parent / "offline", ["--shape-file", bag.parent / BODY]
+    fuse = [f"{EXECUTABLES}/fuse", bag, out, "--output-rate", "0", *body]
+    assert start_module_process(fuse).wait() == 0
     with open_bag(out) as fused:
         return by_stamp(fused.deserialize(message) for message in fused.messages([STATES]))
 
@@ -70,12 +72,13 @@ def assert_same(live, offline, median_deg=MEDIAN_DEG):
 class Graph:
     """A fusion that goes by ``/clock``, and a player."""
 
-    def __init__(self, start_process, ros_context, bag, *words):
+    def __init__(self, start_process, ros_context, bag, *words, body=""):
         skip_if_overloaded()
         self._context = ros_context
         self.node = ros_context.make_node("listener")
         self.live = ros_context.collect(JointState, STATES, 5000, self.node)
         parameters = ["-p", "use_sim_time:=true", "-p", "output_rate:=0.0"]
+        parameters += ["-p", f"shape_file:={body}"] if body else []
         start_process([f"{EXECUTABLES}/fusion", "--ros-args", *parameters])
         ros_context.spin_until(lambda: self.node.count_publishers(STATES), what="the fusion node")
         play = [f"{EXECUTABLES}/player", bag, "--clock", *words, "--wait-for-subscribers", "60"]
@@ -118,14 +121,18 @@ class Graph:
         return future.result().results[0]
 
 
+@pytest.mark.parametrize(
+    ("knows_body", "median_deg"), [(True, MEDIAN_DEG), (False, FIRST_MEDIAN_DEG)]
+)
 def test_joint_states_at_five_times_real_time_equal_the_offline_ones(
-    start_process, ros_context, bag, offline
+    start_process, ros_context, bag, offline, knows_body, median_deg
 ):
-    graph = Graph(start_process, ros_context, bag, "--rate", "5")
+    body = bag.parent / BODY if knows_body else ""
+    graph = Graph(start_process, ros_context, bag, "--rate", "5", body=body)
 
     live = graph.round(last_of(offline))
 
-    assert_same(live, offline, FIRST_MEDIAN_DEG)
+    assert_same(live, offline, median_deg)
     assert graph.player.wait() == 0
 
 
