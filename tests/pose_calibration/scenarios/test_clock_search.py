@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from fusing import blocks_between_frames
 
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_calibration.clocks.clock_offset import estimate_clock_offset
@@ -15,7 +16,7 @@ from pose_calibration.live.clock_tracking import EVERY_NS, ClockTracker
 from pose_calibration.session_calibration import calibrate
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import IMUS, ONE_IMU
-from pose_core.streams.samples import ImuSample, block_of
+from pose_core.streams.samples import ImuBlock, ImuSample, block_of, joined
 
 STEADY = {"kinect": {"inertia": 0.0, "lag": 0.0}}  # trackers that follow all joints alike
 
@@ -114,9 +115,10 @@ def findings(offset_s, overrides="steady", single=None):
     """Findings with the IMUs' clock ahead, and single ones' by as much more, by segment."""
     one = session("dance", 3, 0.0, overrides, imus=True)
     memory = ImuMemory()
-    for sample in one.imus:
-        ahead_s = offset_s + (single or {}).get(sample.segment, 0.0)
-        memory.add(block_of(replace(sample, stamp_ns=sample.stamp_ns + round(ahead_s * 1e9))))
+    block = joined([block_of(sample) for sample in one.imus])
+    ahead_s = [offset_s + (single or {}).get(name, 0.0) for name in block.segments]
+    ahead_ns = np.rint(np.array(ahead_s) * 1e9).astype(np.int64)
+    memory.add(replace(block, stamps_ns=block.stamps_ns + ahead_ns[block.imu]))
     skeletons = {name: of(one.skeletons, name) for name in ("left", "right")}
     return imu_findings(one.extrinsics, skeletons, memory, 0.5)
 
@@ -159,13 +161,19 @@ def test_live_an_imus_clock_is_corrected_until_it_is_right_again():
     memory = ImuMemory()
     tracker = ClockTracker(replace(one.extrinsics, clocks={}), max_offset_s=0.5)
     begin_ns = one.skeletons[0].stamp_ns
+    right_ns = begin_ns + 52 * NS_PER_S
+
+    def stamped(sample):
+        ahead = isinstance(sample, ImuSample) and sample.segment == "left_forearm"
+        ahead_ns = 200_000_000 if ahead and sample.stamp_ns < right_ns else 0
+        return replace(sample, stamp_ns=sample.stamp_ns + ahead_ns)
+
     ahead_s = []  # after each measurement
-    for sample in sorted([*one.skeletons, *one.imus], key=lambda each: each.stamp_ns):
-        at_s = (sample.stamp_ns - begin_ns) / NS_PER_S
-        if isinstance(sample, ImuSample):
-            ahead_ns = 200_000_000 if sample.segment == "left_forearm" and at_s < 52.0 else 0
-            memory.add(block_of(replace(sample, stamp_ns=sample.stamp_ns + ahead_ns)))
-        elif (clocks := tracker.add(sample, memory)) is not None:
+    samples = sorted([*one.skeletons, *one.imus], key=lambda each: each.stamp_ns)
+    for each in blocks_between_frames(map(stamped, samples)):
+        if isinstance(each, ImuBlock):
+            memory.add(each)
+        elif (clocks := tracker.add(each, memory)) is not None:
             assert set(clocks) <= {"right", "imus/left_forearm"}
             clock = clocks.get("imus/left_forearm")
             ahead_s.append(None if clock is None else clock.offset_ns / NS_PER_S)

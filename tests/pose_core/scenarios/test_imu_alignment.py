@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fusing import fused
+from fusing import blocks_between_frames, fused
 from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import EVERY_SEGMENT, START_NS, imu_samples, merged, truth_at
@@ -13,7 +13,7 @@ from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.imu.sensor_to_segment import Slip
 from pose_core.joints import JOINT_INDEX
-from pose_core.streams.samples import ImuSample
+from pose_core.streams.samples import ImuSample, SkeletonSample
 
 DURATION_S = 26.0
 STANDS_S = 4.0  # what comes before is cut off: nobody is seen to stand
@@ -268,9 +268,11 @@ def test_a_slip_that_is_known_in_advance_costs_only_its_own_time(session):
     pipeline.use_sensor_to_segment({"left_shank": replace(before, slip=slip)})
     samples = merged(skeletons, slipped(imus, "left_shank", slip_ns, rotvec, 0.3))
     used = {}
-    for sample in samples:
-        pipeline.add(sample)
-        used[(sample.stamp_ns - slip_ns) // (500 * MS)] = "left_shank" in pipeline.sensor_to_segment
+    for each in blocks_between_frames(samples):
+        pipeline.add(each)
+        if isinstance(each, SkeletonSample):
+            half = (each.stamp_ns - slip_ns) // (500 * MS)
+            used[half] = "left_shank" in pipeline.sensor_to_segment
     assert not any(used[half] for half in range(-1, 2))
     assert all(is_used for half, is_used in used.items() if half > 6)
     assert uses_of(pipeline)["left_shank"].contradictions == 1
