@@ -133,7 +133,7 @@ def test_a_real_recording_is_fused_and_its_views_are_compared(
     recording = shared_data / "kinectmultitrack" / "Study_10_Kinect_1_Time_4_10_14_PM.csv.gz"
     folder = tmp_path / "run"
     # The person stands for 9 s, leaves for 12 and comes back walking.
-    process = start_process([demo, recording, "--duration", "60", "-o", folder])
+    process = start_process([demo, recording, "--duration", "45", "-o", folder])
     assert process.wait(2.0 * PATIENCE_S) == 0, process.describe()
     assert "the same joint in two views" in process.output
     path = folder / "agreement.csv"
