@@ -94,7 +94,8 @@ def imu_groups(constants: ImuConstants, state: FilterState, imus: ImuFrame) -> I
         Q = R_map_sensor @ state.R_sensor_link[link]
         rate = R_map_sensor @ imus.angular_velocity[row]
         speed, age_s = min(float(np.linalg.norm(rate)), FASTEST_LINK), imus.age_s[row]
-        stddev = constants.stddev[link] + constants.soft_tissue * speed
+        factor = state.imu_noise[link]
+        stddev = factor * (constants.stddev[link] + constants.soft_tissue * speed)
         held = HELD_JERK * age_s**3 / 3.0
         noise = Q @ np.diag(constants.correlated_samples * stddev**2 + held**2) @ Q.T
         H = np.zeros((3, len(state.P)))
@@ -110,7 +111,7 @@ def imu_groups(constants: ImuConstants, state: FilterState, imus: ImuFrame) -> I
         )
         H = np.zeros((3, len(state.P)))
         H[:, velocity : velocity + 3 + 3 * len(state.heading)][:, link_columns(link)] = np.eye(3)
-        variance = constants.rate_stddev[link] ** 2 * (1.0 + 0.25 * speed**2)
+        variance = (factor * constants.rate_stddev[link]) ** 2 * (1.0 + 0.25 * speed**2)
         variance += (HELD_JERK * age_s**2) ** 2 + imus.rate_stddev[row] ** 2
         noise = Q @ np.diag(variance) @ Q.T
         yield Group(H=H, residual=rate - state.pose.rates[link], noise=noise)

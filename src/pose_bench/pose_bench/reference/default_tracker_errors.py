@@ -17,6 +17,8 @@ VISIBLE, COMPARED_S, COMPARED_JOINTS, COMPARED_DEVIATIONS = 0.3, 0.05, 6, 4.0
 VIEW_NOISE_S, VIEW_APART_S = 5.0, 1.0  # [s]
 DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 10.0, 3.0  # [s]
 LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
+IMU_NOISE_GAIN, LARGEST_IMU_NOISE = 1.0, 20.0  # [1/s], [-]
+IMU_NOISE_S, MEAN_TURN_S, LARGEST_TURN = 10.0, 1.0, 0.5  # [s], [s], [rad]
 SMOOTHED_NIS_CLIP, CONTRADICTED = 400.0, 25.0  # [-]
 
 
@@ -41,6 +43,7 @@ def update_tracker_errors(
     estimate_offsets(state, view, joints)
     estimate_view_apart(state, view, joints)
     estimate_delay(constants, state, view, joints)
+    estimate_imu_noise(constants, state, view, joints)
     note_contradictions(constants, state, view, joints)
 
 
@@ -150,6 +153,35 @@ def combined_delay(constants: TrackerErrorConstants, sums: FloatArray) -> float:
     precision = np.append(precision, constants.delay_prior / LINK_DELAY_SCALE**2)
     delays = np.append(product / W, constants.known_delay_s)
     return float(precision @ delays / precision.sum())
+
+
+def estimate_imu_noise(
+    constants: TrackerErrorConstants, state: FilterState, view: PlainView, joints: list[Group]
+) -> None:
+    """Adapt each IMU's noise to the correlation of two views' residuals of its link."""
+    sensor, cameras = view.frame.sensor, len(state.silent_s)
+    recent = [each for each in range(cameras) if state.silent_s[each] <= COMPARED_S]
+    visible = {each.source: each for each in joints if view.occlusion[each.source] <= VISIBLE}
+    state.link_residual[sensor] = np.nan
+    for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
+        if not state.has_imu[link] or start not in visible or end not in visible:
+            continue
+        bone = view.positions[end] - view.positions[start]
+        turned = np.cross(bone, visible[end].residual - visible[start].residual) / (bone @ bone)
+        if np.linalg.norm(turned) > LARGEST_TURN:
+            continue
+        mean = state.link_mean_residual[sensor, link]
+        mean += (1.0 - np.exp(-view.gap_s / MEAN_TURN_S)) * (turned - mean)
+        own = state.link_residual[sensor, link] = turned - mean
+        for other in set(recent) - {sensor}:
+            theirs = state.link_residual[other, link]
+            if np.all(np.isfinite(theirs)):
+                sums = state.link_residual_sums[link]
+                sums *= np.exp(-view.gap_s / IMU_NOISE_S / cameras)
+                sums += np.array([own @ theirs, 0.5 * (own @ own + theirs @ theirs)])
+                excess = sums[0] / sums[1] - constants.usual_correlation[link]
+                factor = state.imu_noise[link] * np.exp(IMU_NOISE_GAIN * view.gap_s * excess)
+                state.imu_noise[link] = np.clip(factor, 1.0, LARGEST_IMU_NOISE)
 
 
 def note_contradictions(

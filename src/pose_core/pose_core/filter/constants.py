@@ -1,5 +1,6 @@
 """Constants of the default filter for one body and one tuning, in the form of the kernels."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -58,7 +59,8 @@ def make_constants(
         tracker_errors=TrackerErrorConstants(
             starts=tree.model.link_joints,
             ends=_link_ends(tree.model),
-            strap_swing=_strap_swing(tree.model, tuning.imu),
+            strap_swing=_by_link(tree.model, tuning.imu.strap_swing),
+            usual_correlation=_by_link(tree.model, tuning.imu.usual_correlation),
             delay_prior=tuning.camera.delay_prior,
             delay_memory_s=tuning.camera.delay_memory,
             known_delay_s=float(known_delay_s),
@@ -124,8 +126,9 @@ def _imu(model: BodyModel, noise: ImuNoise) -> ImuConstants:
     )
 
 
-def _strap_swing(model: BodyModel, noise: ImuNoise) -> FloatArray:
-    return np.array([noise.strap_swing.get(without_side(name), 1.0) for name in model.link_names])
+def _by_link(model: BodyModel, values: Mapping[str, float]) -> FloatArray:
+    """Values of all links from those by kind of link; 1 for others."""
+    return np.array([values.get(without_side(name), 1.0) for name in model.link_names])
 
 
 def _shared_offsets(tree: SegmentTree, tuning: FilterTuning) -> SharedOffsetConstants:

@@ -9,7 +9,7 @@ from pose_core.arrays import FloatArray
 from pose_core.filter.rows import Rows
 from pose_core.filter.update import UpdateResult
 from pose_core.joints import TrackingState
-from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place
 
 
 class CameraFrame(NamedTuple):
@@ -41,6 +41,15 @@ class FrameUpdate(NamedTuple):
     rows: Rows  # with the residuals before the update, those of joints first
     joints: int  # number of groups of joints
     result: UpdateResult
+
+
+@compiled
+def joint_groups(update: FrameUpdate) -> NDArray[np.int64]:
+    """The group of rows of each joint, (joints,); −1 without one."""
+    groups = np.full(len(update.frame.positions), -1)
+    for group in range(update.joints):
+        groups[update.rows.source[group]] = group
+    return groups
 
 
 @compiled_in_place

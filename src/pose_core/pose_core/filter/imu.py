@@ -63,6 +63,7 @@ def add_imu_rows(constants: ImuConstants, state: FilterState, imus: ImuFrame, ro
         rotation, rate = rotation_column(link), rate_column(state.layout, link)
         column, age_s = state.imu_column[link], imus.age_s[row]
         speed = min(imu_residual(state, imus, row, Q, residual), MAX_SOFT_TISSUE_RATE)
+        factor = state.imu_noise[link]
         held = HELD_JERK * age_s**3 / 3.0
         growth = 1.0 + (RATE_NOISE_GROWTH * speed) ** 2
         held_rate_variance = (HELD_JERK * age_s**2) ** 2 + imus.rate_stddev[row] ** 2
@@ -78,9 +79,10 @@ def add_imu_rows(constants: ImuConstants, state: FilterState, imus: ImuFrame, ro
             rows.residual[first + 3 + i] = residual[3 + i]
         rows.H[first + 2, column + 3] = -1.0
         for axis in range(3):
-            stddev = constants.stddev[link, axis] + constants.soft_tissue * speed
+            stddev = factor * (constants.stddev[link, axis] + constants.soft_tissue * speed)
             variance = constants.correlated_samples * stddev**2 + held**2
-            rate_variance = growth * constants.rate_stddev[link, axis] ** 2 + held_rate_variance
+            rate_variance = growth * (factor * constants.rate_stddev[link, axis]) ** 2
+            rate_variance += held_rate_variance
             for i in range(3):
                 for k in range(3):
                     rows.noise[orientation, i, k] += variance * Q[i, axis] * Q[k, axis]

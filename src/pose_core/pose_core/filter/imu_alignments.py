@@ -217,6 +217,7 @@ class ImuAlignments:
                 state = with_imu(state, worn.link, found.R_sensor_link, found.heading, covariance)
             column = int(state.imu_column[worn.link])
             filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
+            worn.use.noise = float(state.imu_noise[worn.link])
             worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)
         return state
 

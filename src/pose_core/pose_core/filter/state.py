@@ -15,6 +15,7 @@ from pose_core.kernels.rotations import rotate_left, rotate_right
 IMU_STATES = 4  # mounting (3) and heading (1)
 NO_COLUMN = -1
 CAMERA_TIMEOUT_S = 0.15  # [s] after its last frame, a camera is ignored
+LINK_RESIDUALS_AT_START = 0.3  # [rad²] uncorrelated ones that are credited to each IMU
 SILENT_AT_START_S = 10.0  # [s] of a camera that has not sent any frame
 
 
@@ -46,6 +47,10 @@ class FilterState(NamedTuple):
     depth_noise: FloatArray  # (sensors,) [m²] variance of single joints along the rays, in addition
     view_noise: FloatArray  # (1,) [-] variance of the views' differences, relative to the usual
     view_residual: FloatArray  # (sensors, joints) [m] of each view's last frame, upwards; or NaN
+    imu_noise: FloatArray  # (links,) [-] factor of each IMU's standard deviations
+    link_residual: FloatArray  # (sensors, links, 3) [rad] of each view's last frame; or NaN
+    link_mean_residual: FloatArray  # (sensors, links, 3) [rad] its mean over time
+    link_residual_sums: FloatArray  # (links, 2) [rad²] see pose_core.filter.imu_noise
     offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis' heading frame
     offset_variance: FloatArray  # (sensors, joints) [m²]
     nis: FloatArray  # (sensors, joints) smoothed normalised innovation squared [-]
@@ -113,6 +118,10 @@ def start_state(
         depth_noise=np.full(sensors, has_depth_errors * tuning.start.depth_noise**2),
         view_noise=np.ones(1),
         view_residual=np.full((sensors, joints), np.nan),
+        imu_noise=np.ones(links),
+        link_residual=np.full((sensors, links, 3), np.nan),
+        link_mean_residual=np.zeros((sensors, links, 3)),
+        link_residual_sums=np.tile([0.0, LINK_RESIDUALS_AT_START], (links, 1)),
         offset=np.zeros((sensors, joints, 3)),
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
         nis=np.zeros((sensors, joints)),

@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 
 from pose_core.filter.camera import heading_cosine_sine
 from pose_core.filter.depth_errors import estimate_depth_errors
-from pose_core.filter.frame import FrameUpdate
+from pose_core.filter.frame import FrameUpdate, joint_groups
+from pose_core.filter.imu_noise import estimate_imu_noise
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.view_noise import estimate_view_noise
 from pose_core.joints import TrackingState
@@ -51,6 +52,7 @@ class TrackerErrorConstants(NamedTuple):
     starts: NDArray[np.int64]  # (links,) joint at the start of each link; −1 for the root
     ends: NDArray[np.int64]  # (links,) joint at the end of each link
     strap_swing: NDArray[np.float64]  # (links,) [-] k of :func:`combined_delay`
+    usual_correlation: NDArray[np.float64]  # (links,) [-] ρ0 of pose_core.filter.imu_noise
     delay_prior: float  # [m²/s²] λ of :func:`combined_delay`
     delay_memory_s: float  # of its sums
     known_delay_s: float  # [s] prior mean of the trackers' delays, from the parameters
@@ -70,6 +72,8 @@ def update_tracker_errors(
     estimate_offsets(update, state)
     estimate_view_apart(update, state)
     estimate_delay(constants, update, state)
+    links = constants.starts, constants.ends, constants.usual_correlation
+    estimate_imu_noise(*links, update, state)
     smooth_nis(constants, update, state)
     add_contradictions(constants, update, state)
 
@@ -129,9 +133,7 @@ def estimate_delay(
     :data:`DELAY_GAIN`.
     """
     frame, view, rows, weights = update.frame, update.predicted, update.rows, update.result.weights
-    group_of = np.full(len(frame.positions), -1)
-    for group in range(update.joints):
-        group_of[rows.source[group]] = group
+    group_of = joint_groups(update)
     sums, delay_s = state.delay_sums[frame.sensor], state.delay[frame.sensor]
     sums *= np.exp(-update.gap_s / constants.delay_memory_s)
     for link in range(len(constants.ends)):

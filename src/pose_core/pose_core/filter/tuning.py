@@ -97,6 +97,16 @@ class ImuNoise:
     strap_swing: Mapping[str, float] = field(  # [-] of links, by which IMUs lag or lead, to others'
         default_factory=lambda: {"thigh": 2.0, "forearm": 0.6}
     )
+    usual_correlation: Mapping[str, float] = field(  # [-] see pose_core.filter.imu_noise
+        default_factory=lambda: {
+            "trunk": 0.35,
+            "head": 0.35,
+            "upper_arm": 0.5,
+            "forearm": 0.5,
+            "thigh": 0.2,
+            "shank": 0.2,
+        }
+    )
     alignment_walk: float = 0.0006  # [rad/√s]
     heading_walk: float = 0.006  # [rad/√s]
 

@@ -6,6 +6,8 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 
+NOISY = 3.0  # [-] factor of its noise from which an IMU is named
+
 
 @dataclass(kw_only=True)
 class ImuUse:
@@ -20,6 +22,9 @@ class ImuUse:
     tilt_stddev: float = float("nan")  # [rad] of the mounting, about the axes across the link
     turn_stddev: float = float("nan")  # [rad] of the mounting about the link's own axis
     heading_stddev: float = float("nan")  # [rad]
+    noise: float = (
+        1.0  # [-] factor of its usual standard deviations, see pose_core.filter.imu_noise
+    )
     has_link: bool = True  # whether the body model has a link for the segment
     does_not_fit: bool = False  # whether its motion does not fit its segment
     worn_on: str = ""  # the segment on which it is worn and used, if not its own
@@ -62,7 +67,10 @@ class ImuUse:
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
         times = "once" if self.contradictions == 1 else f"{self.contradictions} times"
         anew = f"; aligned anew {times}: see its strap, and magnets"
+        noisy = f"; {self.noise:.1f} times the usual noise, so it counts less: see its strap"
         return (
             f"{self.segment}: {share}, tilt known to {tilt:.1f}°, turn to {turn:.1f}°, "
-            f"heading to {heading:.1f}°" + (anew if self.contradictions else "")
+            f"heading to {heading:.1f}°"
+            + (anew if self.contradictions else "")
+            + (noisy if self.noise > NOISY else "")
         )
