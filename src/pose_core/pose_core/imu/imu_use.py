@@ -6,7 +6,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 
-NOISY = 3.0  # [-] factor of its noise from which an IMU is named
+NOISY = 5.0  # [-] factor of its noise from which an IMU is named
 
 
 @dataclass(kw_only=True)
