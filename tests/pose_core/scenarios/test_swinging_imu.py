@@ -39,7 +39,7 @@ def session():
 
 
 def run(session, imus):
-    """Uses of the IMUs by segment, and the RMS error of the loose link's angles [deg]."""
+    """Uses of the IMUs by segment, and the spread of the loose link's angle errors [deg]."""
     t, dof, skeletons, _ = session
     pipeline = Pipeline(PipelineParameters(), extrinsics())
     errors = [

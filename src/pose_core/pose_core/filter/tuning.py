@@ -50,9 +50,7 @@ class CameraNoise:
     The noise is 1.5 times as large as the errors are, since these are correlated in time.
     """
 
-    stddev: float = (
-        0.03  # [m] of a tracked, visible joint, of usual trackers: see filter.view_noise
-    )
+    stddev: float = 0.03  # [m] of a visible joint of usual trackers, see filter.view_noise
     inferred_stddev: float = 0.12  # [m] in addition for an inferred joint
     occluded_stddev: float = 0.15  # [m] in addition under self-occlusion
     student_dof: float = 3.0  # [-] of Student's t of a joint's residual

@@ -22,9 +22,7 @@ class ImuUse:
     tilt_stddev: float = float("nan")  # [rad] of the mounting, about the axes across the link
     turn_stddev: float = float("nan")  # [rad] of the mounting about the link's own axis
     heading_stddev: float = float("nan")  # [rad]
-    noise: float = (
-        1.0  # [-] factor of its usual standard deviations, see pose_core.filter.imu_noise
-    )
+    noise: float = 1.0  # [-] factor of its usual noise, see pose_core.filter.imu_noise
     has_link: bool = True  # whether the body model has a link for the segment
     does_not_fit: bool = False  # whether its motion does not fit its segment
     worn_on: str = ""  # the segment on which it is worn and used, if not its own
