@@ -17,7 +17,7 @@ from pose_core.body.model import load_body_model
 from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import ImuFrame
 from pose_core.filter.motion import predict
-from pose_core.filter.state import FilterState, with_imu
+from pose_core.filter.state import FilterState, with_imu, with_limb_offset
 from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.joints import JOINTS
 
@@ -107,7 +107,8 @@ def _realigned(state: FilterState, rng: np.random.Generator) -> FilterState:
     link = int(rng.integers(IMUS))
     R_sensor_link = Rotation.from_rotvec(rng.normal(0.0, 0.1, 3)).as_matrix()
     covariance = np.diag([0.1, 0.1, 0.2, 0.1]) ** 2
-    return with_imu(state, link, R_sensor_link, float(rng.normal(0.0, 0.1)), covariance)
+    state = with_imu(state, link, R_sensor_link, float(rng.normal(0.0, 0.1)), covariance)
+    return with_limb_offset(state, link, 0.01**2)
 
 
 def _check(checks: Checks, P: FloatArray, step: int) -> None:

@@ -21,7 +21,7 @@ from pose_core.filter.posture import add_posture_rows, turn_back
 from pose_core.filter.published import predict_published
 from pose_core.filter.rows import make_rows
 from pose_core.filter.sigma_points import linearise_joint
-from pose_core.filter.state import start_state, with_imu
+from pose_core.filter.state import start_state, with_imu, with_limb_offset
 from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINT_INDEX
@@ -81,6 +81,7 @@ def random_state(rng, sensors=2, imus=(), dof=None):
         mounting = Rotation.random(random_state=rng).as_matrix()
         covariance = np.diag([0.1, 0.1, 0.2, 0.1]) ** 2
         state = with_imu(state, link, mounting, rng.uniform(-3.0, 3.0), covariance)
+        state = with_limb_offset(state, link, 0.01**2)
     return state, dof
 
 

@@ -181,14 +181,20 @@ def camera_groups(
     for joint, seen in enumerate(frame.positions):
         if frame.tracking_state[joint] == 0 or not np.all(np.isfinite(seen)):
             continue
-        offset = view.heading() @ (state.offset[frame.sensor, joint] + state.shared_offset[joint])
+        heading = view.heading()
+        offset = state.offset[frame.sensor, joint] + state.shared_offset[joint]
         H, shift, unfitted = joint_regression(constants.body, state, view, joint)
+        for link in np.flatnonzero(np.any(constants.body.offsets[joint] != 0.0, axis=1)):
+            own = int(state.limb_offset_column[link])
+            if own >= 0:
+                offset += state.limb_offset[link]
+                H[:, own : own + 3] = heading
         ray = view.ray(joint)
         noise = joint_variance(constants, state, view, joint) * np.eye(3) + unfitted
         error, variance = state.depth_error[frame.sensor], state.depth_error_variance[frame.sensor]
         yield Group(
             H=H,
-            residual=seen - view.positions[joint] - shift - offset - error * ray,
+            residual=seen - view.positions[joint] - shift - heading @ offset - error * ray,
             noise=noise + state.depth_noise[frame.sensor] * np.outer(ray, ray),
             shared=np.sqrt(variance) * ray,
             student_dof=constants.student_dof,

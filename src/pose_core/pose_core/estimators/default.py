@@ -79,7 +79,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._filter = ErrorStateFilter(
             model, shape, sensors, self.tuning, parameters.tracker_delay
         )
-        self._alignments = ImuAlignments(model, self.tuning.imu.spine_bend)
+        self._alignments = ImuAlignments(model, self.tuning)
         self._facing = FacingCheck()
         self._crossed = CrossedLimbsCheck()
         self._start_frames = StartFrames(sensors)

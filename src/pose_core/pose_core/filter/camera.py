@@ -9,7 +9,8 @@ position of joint j at that time, with the view's slowly varying offset b:
 The rotations are linearised with sigma points (``sigma_points``); everything else is linear. The
 Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. d is the error along the
 ray (``depth_errors``). The noise n is learnt from the views' differences (``view_noise``), and
-larger for inferred joints and under self-occlusion (``occlusion``).
+larger for inferred joints and under self-occlusion (``occlusion``). Limbs with IMUs add offsets
+that all views share (``limb_offsets``).
 """
 
 from typing import NamedTuple
@@ -19,6 +20,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.filter.depth_errors import add_depth_error
 from pose_core.filter.frame import CameraFrame, PredictedView, is_measured
+from pose_core.filter.limb_offsets import add_limb_offsets
 from pose_core.filter.occlusion import Capsules, fill_occlusion
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
@@ -92,6 +94,7 @@ def add_camera_rows(
         if frame.late_s > 0.0:
             H[:, layout.first_rate : layout.body_size] = -frame.late_s * H[:, : layout.first_slide]
         joint_residual(state, frame, joint, view.positions[joint] + shift, c, s, residual)
+        add_limb_offsets(constants.body, state, joint, c, s, H, residual)
         add_depth_error(state, frame.sensor, view.positions[joint], frame.camera, rows)
 
 

@@ -10,7 +10,9 @@ from pose_core.body.model import BodyModel
 from pose_core.estimates.observation import Observation
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.layout import rotation_column
-from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
+from pose_core.filter.limb_offsets import limb_offset_variances
+from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu, with_limb_offset
+from pose_core.filter.tuning import FilterTuning
 from pose_core.filter.worn_imus import WornImu, WornImus
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
 from pose_core.imu.exchange_check import ExchangeCheck
@@ -44,14 +46,15 @@ class ImuAlignments:
 
     Args:
         model: The body model, which gives the segments' links.
-        spine_bend: See :class:`pose_core.filter.tuning.ImuNoise`.
+        tuning: Contains the IMUs' noise and the limbs' offsets.
     """
 
-    def __init__(self, model: BodyModel, spine_bend: Mapping[str, float]) -> None:
+    def __init__(self, model: BodyModel, tuning: FilterTuning) -> None:
         self._model = model
+        self._limb_offset_variances = limb_offset_variances(model, tuning.camera)
         self._exchanges = ExchangeCheck()
         self._slips = SlipCheck()
-        self._imus = WornImus(model, spine_bend)
+        self._imus = WornImus(model, tuning.imu.spine_bend)
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._instants = 0
         self._observed_ns: int | None = None
@@ -215,6 +218,8 @@ class ImuAlignments:
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
                 covariance = COVARIANCE_FACTOR * found.covariance
                 state = with_imu(state, worn.link, found.R_sensor_link, found.heading, covariance)
+                variance = float(self._limb_offset_variances[worn.link])
+                state = with_limb_offset(state, worn.link, variance)
             column = int(state.imu_column[worn.link])
             filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
             worn.use.noise = float(state.imu_noise[worn.link])

@@ -13,6 +13,7 @@ from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.rotations import rotate_left, rotate_right
 
 IMU_STATES = 4  # mounting (3) and heading (1)
+LIMB_OFFSET_STATES = 3
 NO_COLUMN = -1
 CAMERA_TIMEOUT_S = 0.15  # [s] after its last frame, a camera is ignored
 LINK_RESIDUALS_AT_START = 0.3  # [rad²] uncorrelated ones that are credited to each IMU
@@ -40,6 +41,8 @@ class FilterState(NamedTuple):
     R_sensor_link: FloatArray  # (links, 3, 3) mounting of each link's IMU
     heading: FloatArray  # (links,) [rad] of the IMU's reference frame in map, about z
     imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error, or NO_COLUMN
+    limb_offset: FloatArray  # (links, 3) [m] in the pelvis' heading frame, see limb_offsets
+    limb_offset_column: NDArray[np.int64]  # (links,) first column of its error, or NO_COLUMN
     has_imu: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
     depth_error: FloatArray  # (sensors,) [m] of each view, along its rays; see depth_errors
     depth_error_variance: FloatArray  # (sensors,) [m²]
@@ -111,6 +114,8 @@ def start_state(
         R_sensor_link=np.tile(np.eye(3), (links, 1, 1)),
         heading=np.zeros(links),
         imu_column=np.full(links, NO_COLUMN, np.int64),
+        limb_offset=np.zeros((links, 3)),
+        limb_offset_column=np.full(links, NO_COLUMN, np.int64),
         has_imu=np.zeros(links, np.bool_),
         depth_error=np.zeros(sensors),
         depth_error_variance=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
@@ -155,9 +160,7 @@ def with_imu(
     if column == NO_COLUMN:
         column = len(state.P)
         state.imu_column[link] = column
-        grown = np.zeros((column + IMU_STATES, column + IMU_STATES))
-        grown[:column, :column] = state.P
-        state = state._replace(P=grown)
+        state = _grown(state, IMU_STATES)
     own = slice(column, column + IMU_STATES)
     state.P[own, :] = 0.0
     state.P[:, own] = 0.0
@@ -165,6 +168,23 @@ def with_imu(
     state.R_sensor_link[link] = R_sensor_link
     state.heading[link] = heading
     return state
+
+
+def with_limb_offset(state: FilterState, link: int, variance: float) -> FilterState:
+    """The state with a limb's offset of some variance [m²]; unchanged if it has one already."""
+    column = len(state.P)
+    if variance == 0.0 or state.limb_offset_column[link] != NO_COLUMN:
+        return state
+    state.limb_offset_column[link] = column
+    state = _grown(state, LIMB_OFFSET_STATES)
+    for i in range(column, len(state.P)):
+        state.P[i, i] = variance
+    return state
+
+
+def _grown(state: FilterState, columns: int) -> FilterState:
+    """The state with more columns, of which the covariance is zero."""
+    return state._replace(P=np.pad(state.P, (0, columns)))
 
 
 @compiled_in_place
@@ -205,3 +225,7 @@ def inject_error(state: FilterState, error: FloatArray) -> None:
         if own != NO_COLUMN:
             rotate_right(error[own], error[own + 1], error[own + 2], state.R_sensor_link[link])
             state.heading[link] += error[own + 3]
+        own = state.limb_offset_column[link]
+        if own != NO_COLUMN:
+            for axis in range(3):
+                state.limb_offset[link, axis] += error[own + axis]

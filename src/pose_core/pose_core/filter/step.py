@@ -99,8 +99,9 @@ def update_with_frame(
         in a segmentation fault.
     """
     joints, posture_rows = len(frame.positions), most_posture_rows(constants.posture)
-    layout = state.layout  # only a late frame depends on rates, and none on IMUs
-    columns = layout.body_size if frame.late_s > 0.0 else layout.first_rate
+    columns, layout = len(state.P), state.layout
+    if frame.late_s == 0.0 and columns == layout.body_size:
+        columns = layout.first_rate  # only a late frame depends on rates
     rows = make_rows(3 * joints + posture_rows, joints + posture_rows, columns)
     view = predict_view(constants.camera, state, frame)
     add_camera_rows(constants.camera, state, frame, view, rows)
