@@ -187,7 +187,7 @@ def run_method(
         for each in session.samples(imus=method.use_imus)
         if not isinstance(each, ImuSample) or not method.segments or each.segment in method.segments
     ]
-    parameters, alignments = run_first_pass(samples, extrinsics, parameters)
+    parameters, alignments = run_first_pass(samples, extrinsics, parameters, make)
     pipeline = Pipeline(parameters, extrinsics, make_estimator=make)
     pipeline.use_sensor_to_segment(alignments)
     return run_pipeline(pipeline, samples), pipeline

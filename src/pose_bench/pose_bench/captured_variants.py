@@ -38,8 +38,12 @@ def ablation_methods() -> tuple[CapturedMethod, ...]:
     for name, tuning in _ablations().items():
         methods.append(CapturedMethod(name=f"without {name}", tuning=tuning))
     methods.append(CapturedMethod(name="default+imus", use_imus=True))
-    no_delays = replace(FilterTuning(), camera=CameraNoise(delay_prior=1e12))
-    methods.append(CapturedMethod(name="+imus, without delays", use_imus=True, tuning=no_delays))
+    for name, camera in (
+        ("delays", CameraNoise(delay_prior=1e12)),
+        ("limbs' offsets", CameraNoise(limb_offset_stddev={})),
+    ):
+        tuning = replace(FilterTuning(), camera=camera)
+        methods.append(CapturedMethod(name=f"+imus, without {name}", use_imus=True, tuning=tuning))
     return tuple(methods)
 
 

@@ -34,7 +34,7 @@ STRAP_WALK = np.radians(3.0)  # [rad/s] of the mounting in such a gap
 LARGEST_STRAP_WALK = np.radians(12.0)  # [rad]
 LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
 COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
-SYSTEMATIC_STDDEV = np.radians([3.3, 3.3, 3.5, 3.0])
+SYSTEMATIC_STDDEV = np.radians([2.3, 2.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
 noise; as measured on captured motion (docs/imus.md)."""
 WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return

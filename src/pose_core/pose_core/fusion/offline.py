@@ -13,6 +13,7 @@ from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import estimator_class
 from pose_core.filter.tracker_errors import LONGEST_DELAY_S
 from pose_core.fusion.alignment_history import AlignmentHistory
+from pose_core.fusion.estimator_runner import EstimatorMaker
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.fusion.sample_check import check_samples
 from pose_core.imu.sensor_to_segment import SensorsToSegments
@@ -98,8 +99,11 @@ def run_first_pass(
     samples: Sequence[SkeletonSample | ImuSample | ImuBlock],
     extrinsics: Extrinsics,
     parameters: Parameters,
+    make_estimator: EstimatorMaker | None = None,
 ) -> tuple[Parameters, SensorsToSegments]:
     """Run the :func:`first_pass` over one person's recording, if it has IMUs' samples to align.
+
+    Arguments are those of a :class:`~pose_core.fusion.pipeline.Pipeline`.
 
     Returns:
         Parameters of the second pass, and the alignments at the recording's beginning.
@@ -107,7 +111,8 @@ def run_first_pass(
     before = first_pass(parameters)
     if before is None or all(isinstance(each, SkeletonSample) for each in samples):
         return parameters, {}
-    pipeline, history = Pipeline(before, extrinsics), AlignmentHistory()
+    pipeline = Pipeline(before, extrinsics, make_estimator=make_estimator)
+    history = AlignmentHistory()
     for sample in in_order(samples, extrinsics.clocks):
         pipeline.add(sample)
         history.note(pipeline)
