@@ -40,7 +40,7 @@ def ablation_methods() -> tuple[CapturedMethod, ...]:
     methods.append(CapturedMethod(name="default+imus", use_imus=True))
     for name, camera in (
         ("delays", CameraNoise(delay_prior=1e12)),
-        ("limbs' offsets", CameraNoise(limb_offset_stddev={})),
+        ("shared offsets", CameraNoise(shared_offset_stddev=0.0)),
     ):
         tuning = replace(FilterTuning(), camera=camera)
         methods.append(CapturedMethod(name=f"+imus, without {name}", use_imus=True, tuning=tuning))

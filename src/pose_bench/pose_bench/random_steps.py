@@ -17,9 +17,9 @@ from pose_core.body.model import load_body_model
 from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import ImuFrame
 from pose_core.filter.motion import predict
-from pose_core.filter.state import FilterState, with_imu, with_limb_offset
+from pose_core.filter.state import FilterState, with_imu, with_shared_offset
 from pose_core.filter.step import update_with_frame, update_with_imus
-from pose_core.joints import JOINTS
+from pose_core.joints import JOINT_INDEX, JOINTS, LIMB_ENDS
 
 CAMERAS, IMUS = 2, 9
 SHORTEST_S, LONGEST_S = 1e-6, 1.0  # [s] of a step; log-uniform
@@ -27,6 +27,7 @@ FRAMES = 3000  # of the motion, which is repeated
 MOVES, REALIGNED, UNRELATED = 0.002, 0.001, 0.01  # [-] probability for each step
 OUTLIERS = 0.1  # [-] of the visible joints, in one frame of four
 OUTLIER_M = 1.0  # [m]
+FAR_JOINTS = [JOINT_INDEX[far] for _, far in LIMB_ENDS.values()]
 CHECKED = 10  # [steps] between factorisations of P
 SHOWN = 10_000  # [steps] between results
 
@@ -108,7 +109,7 @@ def _realigned(state: FilterState, rng: np.random.Generator) -> FilterState:
     R_sensor_link = Rotation.from_rotvec(rng.normal(0.0, 0.1, 3)).as_matrix()
     covariance = np.diag([0.1, 0.1, 0.2, 0.1]) ** 2
     state = with_imu(state, link, R_sensor_link, float(rng.normal(0.0, 0.1)), covariance)
-    return with_limb_offset(state, link, 0.01**2)
+    return with_shared_offset(state, int(rng.choice(FAR_JOINTS)), 0.01**2)
 
 
 def _check(checks: Checks, P: FloatArray, step: int) -> None:

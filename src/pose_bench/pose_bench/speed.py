@@ -31,14 +31,13 @@ from pose_core.filter.constants import FilterConstants, make_constants
 from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import ImuFrame
 from pose_core.filter.layout import make_layout
-from pose_core.filter.limb_offsets import limb_offset_variances
 from pose_core.filter.motion import predict
-from pose_core.filter.state import FilterState, start_state, with_imu, with_limb_offset
+from pose_core.filter.state import FilterState, start_state, with_imu, with_shared_offset
 from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
 from pose_core.imu.imu_history import ImuMeasurements
-from pose_core.joints import JOINTS, TrackingState
+from pose_core.joints import JOINT_INDEX, JOINTS, LIMB_ENDS, TrackingState
 
 FRAMES = 2000  # repeats of an update
 SLOW_FRAMES = 60  # the same of filterpy's
@@ -163,10 +162,12 @@ def aligned_filter(scene: Scene, sensors: int, imus: int) -> tuple[FilterConstan
     state = start_state(
         layout, sensors, tuning, slide_variance, scene.dof[0, :3], scene.rotations[0]
     )
-    limb_offset = limb_offset_variances(scene.model, tuning.camera)
+    shared_variance = tuning.camera.shared_offset_stddev**2
     for link in range(imus):
         state = with_imu(state, link, np.eye(3), 0.0, 0.01 * np.eye(4))
-        state = with_limb_offset(state, link, float(limb_offset[link]))
+        name = scene.model.link_names[link]
+        if name in LIMB_ENDS:
+            state = with_shared_offset(state, JOINT_INDEX[LIMB_ENDS[name][1]], shared_variance)
     return constants, state
 
 

@@ -21,10 +21,10 @@ from pose_core.filter.posture import add_posture_rows, turn_back
 from pose_core.filter.published import predict_published
 from pose_core.filter.rows import make_rows
 from pose_core.filter.sigma_points import linearise_joint
-from pose_core.filter.state import start_state, with_imu, with_limb_offset
+from pose_core.filter.state import start_state, with_imu, with_shared_offset
 from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
-from pose_core.joints import JOINT_INDEX
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.published_state import PublishedState
 
@@ -37,6 +37,7 @@ LINKS = len(TREE.parents)
 LAYOUT = make_layout(LINKS, len(TREE.sliding_links))
 CAMERAS = np.array([[3.0, 0.5, 1.2], [0.5, 3.0, 1.2]])
 WORN = (0, 1, 3, 4, 5, 6, 7, 8, 9)
+FAR_JOINTS = [JOINT_INDEX[far] for _, far in LIMB_ENDS.values()]
 MEAN = ("position", "rotations", "slides", "velocity", "rates")
 BESIDE = (
     *("P", "delay", "delay_sums", "R_sensor_link", "heading", "offset", "offset_variance"),
@@ -81,7 +82,7 @@ def random_state(rng, sensors=2, imus=(), dof=None):
         mounting = Rotation.random(random_state=rng).as_matrix()
         covariance = np.diag([0.1, 0.1, 0.2, 0.1]) ** 2
         state = with_imu(state, link, mounting, rng.uniform(-3.0, 3.0), covariance)
-        state = with_limb_offset(state, link, 0.01**2)
+        state = with_shared_offset(state, int(rng.choice(FAR_JOINTS)), 0.01**2)
     return state, dof
 
 

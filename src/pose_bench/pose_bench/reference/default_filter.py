@@ -251,6 +251,6 @@ def inject_error(state: FilterState, error: FloatArray) -> None:
         own = int(state.imu_column[link])
         state.R_sensor_link[link] @= Rotation.from_rotvec(error[own : own + 3]).as_matrix()
         state.heading[link] += error[own + 3]
-    for link in np.flatnonzero(state.limb_offset_column >= 0):
-        own = int(state.limb_offset_column[link])
-        state.limb_offset[link] += error[own : own + 3]
+    for joint in np.flatnonzero(state.shared_offset_column >= 0):
+        own = int(state.shared_offset_column[joint])
+        state.shared_offset[joint] += error[own : own + 3]

@@ -184,11 +184,9 @@ def camera_groups(
         heading = view.heading()
         offset = state.offset[frame.sensor, joint] + state.shared_offset[joint]
         H, shift, unfitted = joint_regression(constants.body, state, view, joint)
-        for link in np.flatnonzero(np.any(constants.body.offsets[joint] != 0.0, axis=1)):
-            own = int(state.limb_offset_column[link])
-            if own >= 0:
-                offset += state.limb_offset[link]
-                H[:, own : own + 3] = heading
+        own = int(state.shared_offset_column[joint])
+        if own >= 0:
+            H[:, own : own + 3] = heading
         ray = view.ray(joint)
         noise = joint_variance(constants, state, view, joint) * np.eye(3) + unfitted
         error, variance = state.depth_error[frame.sensor], state.depth_error_variance[frame.sensor]

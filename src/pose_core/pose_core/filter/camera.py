@@ -9,8 +9,9 @@ position of joint j at that time, with the view's slowly varying offset b:
 The rotations are linearised with sigma points (``sigma_points``); everything else is linear. The
 Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. d is the error along the
 ray (``depth_errors``). The noise n is learnt from the views' differences (``view_noise``), and
-larger for inferred joints and under self-occlusion (``occlusion``). Limbs with IMUs add offsets
-that all views share (``limb_offsets``).
+larger for inferred joints and under self-occlusion (``occlusion``). b contains an offset that all
+views share (``shared_offsets``); that of a limb's far joint is in the state, if the limb wears an
+IMU.
 """
 
 from typing import NamedTuple
@@ -20,11 +21,10 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.filter.depth_errors import add_depth_error
 from pose_core.filter.frame import CameraFrame, PredictedView, is_measured
-from pose_core.filter.limb_offsets import add_limb_offsets
 from pose_core.filter.occlusion import Capsules, fill_occlusion
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
-from pose_core.filter.state import FilterState, another_camera_sends
+from pose_core.filter.state import NO_COLUMN, FilterState, another_camera_sends
 from pose_core.filter.view_noise import noise_scale
 from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
@@ -94,7 +94,11 @@ def add_camera_rows(
         if frame.late_s > 0.0:
             H[:, layout.first_rate : layout.body_size] = -frame.late_s * H[:, : layout.first_slide]
         joint_residual(state, frame, joint, view.positions[joint] + shift, c, s, residual)
-        add_limb_offsets(constants.body, state, joint, c, s, H, residual)
+        column = state.shared_offset_column[joint]
+        if column != NO_COLUMN:
+            H[0, column], H[0, column + 1] = c, -s
+            H[1, column], H[1, column + 1] = s, c
+            H[2, column + 2] = 1.0
         add_depth_error(state, frame.sensor, view.positions[joint], frame.camera, rows)
 
 

@@ -10,8 +10,7 @@ from pose_core.body.model import BodyModel
 from pose_core.estimates.observation import Observation
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.layout import rotation_column
-from pose_core.filter.limb_offsets import limb_offset_variances
-from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu, with_limb_offset
+from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu, with_shared_offset
 from pose_core.filter.tuning import FilterTuning
 from pose_core.filter.worn_imus import WornImu, WornImus
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
@@ -22,6 +21,7 @@ from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import Alignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.slip_check import SlipCheck
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
 
 SOLVE_PERIOD_NS = NS_PER_S // 2
@@ -46,12 +46,12 @@ class ImuAlignments:
 
     Args:
         model: The body model, which gives the segments' links.
-        tuning: Contains the IMUs' noise and the limbs' offsets.
+        tuning: Contains the IMUs' noise and the joints' shared offsets.
     """
 
     def __init__(self, model: BodyModel, tuning: FilterTuning) -> None:
         self._model = model
-        self._limb_offset_variances = limb_offset_variances(model, tuning.camera)
+        self._shared_offset_variance = tuning.camera.shared_offset_stddev**2
         self._exchanges = ExchangeCheck()
         self._slips = SlipCheck()
         self._imus = WornImus(model, tuning.imu.spine_bend)
@@ -218,8 +218,9 @@ class ImuAlignments:
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
                 covariance = COVARIANCE_FACTOR * found.covariance
                 state = with_imu(state, worn.link, found.R_sensor_link, found.heading, covariance)
-                variance = float(self._limb_offset_variances[worn.link])
-                state = with_limb_offset(state, worn.link, variance)
+                if worn.worn_on in LIMB_ENDS:
+                    far = JOINT_INDEX[LIMB_ENDS[worn.worn_on][1]]
+                    state = with_shared_offset(state, far, self._shared_offset_variance)
             column = int(state.imu_column[worn.link])
             filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
             worn.use.noise = float(state.imu_noise[worn.link])

@@ -98,7 +98,7 @@ def of_body(state: FilterState, layout: Layout) -> FilterState:
     copied = state.copy()
     body = np.ascontiguousarray(copied.P[: layout.body_size, : layout.body_size])
     copied.imu_column[:] = NO_COLUMN
-    copied.limb_offset_column[:] = NO_COLUMN
+    copied.shared_offset_column[:] = NO_COLUMN
     return copied._replace(P=body)
 
 

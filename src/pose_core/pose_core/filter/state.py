@@ -13,7 +13,7 @@ from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.rotations import rotate_left, rotate_right
 
 IMU_STATES = 4  # mounting (3) and heading (1)
-LIMB_OFFSET_STATES = 3
+SHARED_OFFSET_STATES = 3
 NO_COLUMN = -1
 CAMERA_TIMEOUT_S = 0.15  # [s] after its last frame, a camera is ignored
 LINK_RESIDUALS_AT_START = 0.3  # [rad²] uncorrelated ones that are credited to each IMU
@@ -41,8 +41,6 @@ class FilterState(NamedTuple):
     R_sensor_link: FloatArray  # (links, 3, 3) mounting of each link's IMU
     heading: FloatArray  # (links,) [rad] of the IMU's reference frame in map, about z
     imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error, or NO_COLUMN
-    limb_offset: FloatArray  # (links, 3) [m] in the pelvis' heading frame, see limb_offsets
-    limb_offset_column: NDArray[np.int64]  # (links,) first column of its error, or NO_COLUMN
     has_imu: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
     depth_error: FloatArray  # (sensors,) [m] of each view, along its rays; see depth_errors
     depth_error_variance: FloatArray  # (sensors,) [m²]
@@ -64,6 +62,7 @@ class FilterState(NamedTuple):
     waist_mean: FloatArray  # (2,) [rad] of lateral bending and rotation, uncorrected
     waist_s: FloatArray  # (1,) [s] averaging time of that mean
     shared_offset: FloatArray  # (joints, 3) [m] of all views, in the pelvis' heading frame
+    shared_offset_column: NDArray[np.int64]  # (joints,) first column of its error, or NO_COLUMN
 
     def copy(self) -> "FilterState":
         """An independent copy."""
@@ -114,8 +113,6 @@ def start_state(
         R_sensor_link=np.tile(np.eye(3), (links, 1, 1)),
         heading=np.zeros(links),
         imu_column=np.full(links, NO_COLUMN, np.int64),
-        limb_offset=np.zeros((links, 3)),
-        limb_offset_column=np.full(links, NO_COLUMN, np.int64),
         has_imu=np.zeros(links, np.bool_),
         depth_error=np.zeros(sensors),
         depth_error_variance=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
@@ -137,6 +134,7 @@ def start_state(
         waist_mean=np.zeros(2),
         waist_s=np.zeros(1),
         shared_offset=np.zeros((joints, 3)),
+        shared_offset_column=np.full(joints, NO_COLUMN, np.int64),
     )
 
 
@@ -170,13 +168,13 @@ def with_imu(
     return state
 
 
-def with_limb_offset(state: FilterState, link: int, variance: float) -> FilterState:
-    """The state with a limb's offset of some variance [m²]; unchanged if it has one already."""
+def with_shared_offset(state: FilterState, joint: int, variance: float) -> FilterState:
+    """The state with a joint's shared offset, of some variance [m²]; unchanged if it has it."""
     column = len(state.P)
-    if variance == 0.0 or state.limb_offset_column[link] != NO_COLUMN:
+    if variance == 0.0 or state.shared_offset_column[joint] != NO_COLUMN:
         return state
-    state.limb_offset_column[link] = column
-    state = _grown(state, LIMB_OFFSET_STATES)
+    state.shared_offset_column[joint] = column
+    state = _grown(state, SHARED_OFFSET_STATES)
     for i in range(column, len(state.P)):
         state.P[i, i] = variance
     return state
@@ -225,7 +223,8 @@ def inject_error(state: FilterState, error: FloatArray) -> None:
         if own != NO_COLUMN:
             rotate_right(error[own], error[own + 1], error[own + 2], state.R_sensor_link[link])
             state.heading[link] += error[own + 3]
-        own = state.limb_offset_column[link]
+    for joint in range(len(state.shared_offset)):
+        own = state.shared_offset_column[joint]
         if own != NO_COLUMN:
             for axis in range(3):
-                state.limb_offset[link, axis] += error[own + axis]
+                state.shared_offset[joint, axis] += error[own + axis]

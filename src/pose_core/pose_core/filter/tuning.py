@@ -58,9 +58,6 @@ class CameraNoise:
     offset_stddev: float = 0.012  # [m] of a view's slowly varying offset of a joint
     offset_memory: float = 3.6  # [s]
     shared_offset_stddev: float = 0.012  # [m] of a joint's offset that all views share
-    limb_offset_stddev: Mapping[str, float] = field(  # [m] of a link's far joint to its near one
-        default_factory=lambda: dict.fromkeys(("upper_arm", "forearm", "thigh", "shank"), 0.012)
-    )
     delay_prior: float = 10.0  # [m²/s²] weight of the known delay, as a sum of squared speeds
     delay_memory: float = 30.0  # [s]
     nis_memory: float = 0.05  # [s] over which the NIS is smoothed, for finding contradicted links

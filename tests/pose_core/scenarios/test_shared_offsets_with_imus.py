@@ -50,6 +50,6 @@ def bias_deg(session, camera):
 
 def test_an_offset_that_all_cameras_share_does_not_pass_into_the_imus_alignment(session):
     found = bias_deg(session, CameraNoise())
-    believed = bias_deg(session, CameraNoise(limb_offset_stddev={}))
+    believed = bias_deg(session, CameraNoise(shared_offset_stddev=0.0))
     assert np.all(believed > 2.0)
     assert np.all(found < 0.6 * believed)
