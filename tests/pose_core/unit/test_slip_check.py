@@ -49,8 +49,9 @@ def found(
     mountings, headings = Rotation.random(2, random_state=2), np.array([1.0, -0.5])
     offsets = rng.normal(0.0, 0.02, (cameras, len(JOINTS), 3))
     slip = Rotation.from_rotvec(np.radians(degrees) * np.array(AXES[axis]))
-    for k in range(int(UNTIL_S / (PERIOD_NS * 1e-9))):
-        t = k * PERIOD_NS * 1e-9
+    step_ns = PERIOD_NS // cameras
+    for k in range(int(UNTIL_S / (step_ns * 1e-9))):
+        t = k * step_ns * 1e-9
         thigh = Rotation.from_euler("zy", [0.2 * t, -0.4 * np.sin(2.0 * t)])
         trunk = Rotation.from_euler("zx", [0.2 * t, 0.2 * np.sin(1.3 * t)])
         truth = joints_of(thigh, 1.0 - 0.4 * np.cos(2.0 * t), trunk)
@@ -78,7 +79,7 @@ def found(
         sees = k % cameras  # one camera's frame at a time
         positions[np.arange(cameras) != sees] = np.nan
         known = headings if is_aligned else np.full(2, np.nan)
-        check.add(10**18 + k * PERIOD_NS, positions, measured, known[here])
+        check.add(10**18 + k * step_ns, positions, measured, known[here])
     return set(check.slipped)
 
 

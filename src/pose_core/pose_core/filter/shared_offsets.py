@@ -1,4 +1,4 @@
-r"""Offsets of hips and shoulders that all cameras share.
+r"""Offsets of joints that all cameras share.
 
 Trackers have a permanent offset of a centimetre or two for each joint. The part that is common to
 all cameras does not appear in any residual. It rotates the line between the hips, relative to which
@@ -15,6 +15,10 @@ with :math:`\sigma_h` and :math:`\sigma_s` the standard deviations of a line's a
 :math:`\sigma_w` that of people's true means, and q / T the variance that motion leaves in the mean.
 The weight w of Student's t rejects a mean that is too large for offsets: the person works with the
 chest turned. Lateral bending is measured with the neck, so the shoulders' share of it is zero.
+
+The far joint of a limb that wears an aligned IMU has its offset in the filter's state, constant and
+with zero prior mean. The IMU turns with the limb, but the offset with the body's heading: where the
+limb has been in several postures, the IMU's mounting and the offset can be told apart.
 """
 
 from typing import NamedTuple

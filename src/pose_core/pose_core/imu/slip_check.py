@@ -26,9 +26,9 @@ from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, LEGS, SEGMENT_ENDS, SIDES
 from pose_core.stamps import NS_PER_S
 
-PERIOD_NS = 320_000_000  # [ns] between two frames of a camera: their errors are correlated
+PERIOD_NS = 100_000_000  # [ns] between two frames of a camera that are used
 BIN_NS = NS_PER_S  # [ns] of one partial sum
-LAST_BINS = 5  # partial sums that are the last seconds
+LAST_BINS = 7  # partial sums that are the last seconds
 MEMORY_BINS = 30.0  # time constant of the mean before, in partial sums
 DIRECTION_STDDEV = 0.12  # [rad] of an axis by a camera
 HINGE_STDDEV = 0.2  # [rad] of a knee's axis, bent at a right angle
@@ -38,8 +38,8 @@ INDEPENDENT_S = 0.8  # [s] correlation time of these errors
 LEAST_LAST, LEAST_BEFORE = 0.3, 0.6  # independent samples required
 POSTURE_STDDEV = 0.12  # [rad] by which a mean differs from posture to posture
 SLIP_STDDEV = 0.5  # [rad] prior of a slip
-LEAST_GAIN = 12.0  # [-] of the squared distance; without slips, 5 of 288 IMUs had more
-LEAST_SHARE = 0.33  # [-] of it, for each camera
+LEAST_GAIN = 8.0  # [-] of the squared distance
+LEAST_SHARE = 0.43  # [-] of it, for each camera
 
 _LEGS = {
     f"{side}_{segment}": leg
@@ -92,10 +92,11 @@ class SlipCheck:
         R_world_map = np.tensordot(parts, HEADING_PARTS, axes=(0, 0))
         R_map_sensor = np.swapaxes(R_world_map, 1, 2) @ imus.R_world_sensor
         for sensor in due:
+            gap_s = abs(stamp_ns - self._last_ns[sensor]) / NS_PER_S
             self._last_ns[sensor] = stamp_ns
             axes, variance = (each[rows] for each in self._axes(positions[sensor]))
-            weighted = (axes @ R_map_sensor) / (variance + late_variance)[..., None]
-            weight = 1.0 / (variance + late_variance)
+            weight = min(gap_s / INDEPENDENT_S, 1.0) / (variance + late_variance)
+            weighted = (axes @ R_map_sensor) * weight[..., None]
             is_known = are_known(weighted)
             self._now[sensor, rows, :, :3] += np.where(is_known[..., None], weighted, 0.0)
             self._now[sensor, rows, :, 3] += np.where(is_known, weight, 0.0)
@@ -121,8 +122,7 @@ class SlipCheck:
         self._now = np.zeros_like(self._now)
 
     def _judge(self) -> Sequence[str]:
-        per_sample = INDEPENDENT_S / (PERIOD_NS / NS_PER_S)
-        last, before = np.sum(self._last, axis=0) / per_sample, self._before / per_sample
+        last, before = np.sum(self._last, axis=0), self._before
         information = 1.0 / DIRECTION_STDDEV**2
         is_known = last[..., 3] > LEAST_LAST * information
         is_known &= before[..., 3] > LEAST_BEFORE * information
