@@ -169,7 +169,13 @@ def with_imu(
 
 
 def with_shared_offset(state: FilterState, joint: int, variance: float) -> FilterState:
-    """The state with a joint's shared offset, of some variance [m²]; unchanged if it has it."""
+    """The state with the shared offset of a limb's far joint; unchanged if it has it already.
+
+    Args:
+        state: The state; arrays that keep their size are changed in place.
+        joint: The joint. Hips and shoulders are estimated otherwise, see ``shared_offsets``.
+        variance: Prior variance of the offset [m²]; 0: none.
+    """
     column = len(state.P)
     if variance == 0.0 or state.shared_offset_column[joint] != NO_COLUMN:
         return state
