@@ -54,6 +54,7 @@ from pose_core.fusion.offline import (
 from pose_core.fusion.output_grid import has_output_rate
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.fusion.warm_up import warm_up
+from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES, TrackingState
 from pose_core.people.person_choice import ChosenPerson
@@ -142,6 +143,7 @@ __all__ = [
     "ONE_IMU",
     "ImuBlock",
     "ImuSample",
+    "ImuUse",
     "InputError",
     "IntArray",
     "JOINTS",

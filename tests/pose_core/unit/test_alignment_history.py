@@ -15,7 +15,7 @@ END_S = 45.0
 def alignment(angle_deg):
     R = Rotation.from_euler("x", angle_deg, degrees=True).as_matrix()
     stddev = np.radians([1.0, 1.0, 2.0])
-    return SensorToSegment(R_sensor_segment=R, stddev=stddev, residual=np.nan)
+    return SensorToSegment(R_sensor_segment=R, stddev=stddev)
 
 
 def found(angle_deg):

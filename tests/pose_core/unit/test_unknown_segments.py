@@ -22,7 +22,7 @@ def run(readings):
     parameters = PipelineParameters(sensors=("left",))
     shape = shape_of(MODEL, neutral_pose())
     runner = EstimatorRunner(MODEL, parameters, Counters(*runner_counters(parameters)))
-    known = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05), residual=0.0)
+    known = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05))
     runner.use_sensor_to_segment(dict.fromkeys(readings, known))
     for frame in range(1, FRAMES + 4):
         share = max(0, frame - FRAMES) / 3.0

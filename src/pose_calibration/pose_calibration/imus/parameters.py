@@ -21,7 +21,7 @@ class ImuCalibrationParameters:
         0.0, unit="s", limits=(0.0, 0.2), doc="known delay of the Kinects' joints"
     )
     minimum_duration: float = parameter(
-        8.0, unit="s", limits=(2.0, 600.0), doc="duration of motion before the first solution"
+        15.0, unit="s", limits=(2.0, 600.0), doc="shortest time of motion in view of the cameras"
     )
     collect_duration: float = parameter(
         60.0,
@@ -32,6 +32,6 @@ class ImuCalibrationParameters:
     enough_stddev: float = parameter(
         0.07,
         unit="rad",
-        limits=(0.01, 0.5),
-        doc="uncertainty of an alignment below which it is accepted",
+        limits=(0.04, 0.5),
+        doc="stated uncertainty of an alignment's tilt and turn below which it is accepted",
     )

@@ -8,7 +8,7 @@
         left_thigh:
           rotation: [0.12, -0.03, 0.61, 0.78]  # R_sensor_segment, quaternion x, y, z, w
           stddev_deg: [1.2, 0.9, 2.4]  # about the segment's x, y, z
-          residual_deg: 5.1  # RMS angle between the segment's directions by cameras and sensor
+          z_down: true  # only if the z axis of the sensor's reference frame points down (NED)
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,6 @@ from pose_calibration.files.file_values import (
     read_mapping,
     read_rotation,
     read_vector,
-    rounded,
     rounded_list,
 )
 from pose_core.api import SensorsToSegments, SensorToSegment
@@ -55,7 +54,7 @@ def alignments_document(alignments: SensorsToSegments) -> dict[str, Any]:
             segments[name] = {
                 "rotation": quaternion_values(alignment.R_sensor_segment, QUATERNION_DIGITS),
                 "stddev_deg": rounded_list(stddev_deg, 2),
-                "residual_deg": rounded(np.degrees(alignment.residual), 2),
+                **({"z_down": True} if alignment.z_down else {}),
             }
     return {"version": VERSION, "segments": segments}
 
@@ -110,14 +109,13 @@ def load_alignments_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, S
 
 
 def _alignment(where: str, entry: Any) -> SensorToSegment:
-    entry = read_mapping(where, entry, "rotation, stddev_deg, residual_deg")
+    entry = read_mapping(where, entry, "rotation, stddev_deg")
     R_sensor_segment = read_rotation(f"{where}: the rotation", entry.get("rotation"))
     stddev = read_vector(f"{where}: stddev_deg", entry.get("stddev_deg"), 3)
     if not ((stddev > 0.0) & (stddev <= LARGEST_STDDEV_DEG)).all():
         raise InputError(f"{where}: stddev_deg is {stddev.tolist()}, expected (0, 180]")
-    residual = entry.get("residual_deg")  # for information
     return SensorToSegment(
         R_sensor_segment=R_sensor_segment,
         stddev=np.radians(stddev),
-        residual=np.radians(residual) if isinstance(residual, (int, float)) else np.nan,
+        z_down=entry.get("z_down") is True,
     )

@@ -99,6 +99,11 @@ class DefaultEstimator(StepwiseEstimator):
         return self._filter.delays_s
 
     @property
+    def z_down_imus(self) -> frozenset[str]:
+        """Segments whose IMU's reference frame has a z axis that points down (NED)."""
+        return self._alignments.z_down
+
+    @property
     def measured_delays_s(self) -> FloatArray | None:
         """Measured delay of each tracker and its deviation, (2, sensors) [s]."""
         return self._filter.measured_delays_s

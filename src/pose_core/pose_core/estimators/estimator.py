@@ -76,6 +76,11 @@ class Estimator(ABC):
         return ()
 
     @property
+    def z_down_imus(self) -> frozenset[str]:
+        """Segments whose IMU's reference frame has a z axis that points down (NED)."""
+        return frozenset()
+
+    @property
     def tracker_delays_s(self) -> FloatArray | None:
         """Delay of each sensor's tracker, (sensors,) [s], to subtract from its stamps."""
         return None

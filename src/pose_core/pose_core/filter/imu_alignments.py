@@ -38,6 +38,9 @@ SYSTEMATIC_STDDEV = np.radians([2.3, 2.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
 noise; as measured on captured motion (docs/imus.md)."""
 WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return
+Z_DOWN_LEAD = 60.0  # [-] in log-likelihood, of one IMU; 23 was the largest of a sound one
+MOST_VOTE = 20.0  # [-] of an IMU's lead, for or against, in the sum of all
+Z_DOWN_VOTES = 40.0  # [-] the sum from which on all are of one kind
 MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean
 
 
@@ -57,6 +60,8 @@ class ImuAlignments:
         self._imus = WornImus(model, tuning.imu.spine_bend)
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._instants = 0
+        self.z_down: frozenset[str] = frozenset()
+        """Segments whose IMU's reference frame has a z axis that points down (NED)."""
         self._observed_ns: int | None = None
         self._solved_ns: int | None = None
 
@@ -70,6 +75,7 @@ class ImuAlignments:
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Use alignments of a calibration; headings are still estimated from motion."""
         self._sensor_to_segment = dict(alignments)
+        self.z_down = frozenset(name for name, each in alignments.items() if each.z_down)
         for segment, alignment in alignments.items():
             if alignment.worn_on:
                 self._imus.wear(segment, alignment.worn_on)
@@ -114,6 +120,8 @@ class ImuAlignments:
                 self._forget(worn, state)
                 self._put_back(worn, state)
             worn.use.frames_used += worn.use.is_aligned
+            if not worn.use.has_moved:
+                worn.note_orientation(imus.R_world_sensor[row])
             worn.knows_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
             worn.last_ns = stamp_ns
@@ -160,7 +168,9 @@ class ImuAlignments:
         as_measured = np.where(tracked == observation.positions, tracked, np.nan)
         worn_on = self._imus.worn_on(imus.segments)
         as_worn = imus if worn_on == imus.segments else replace(imus, segments=worn_on)
-        self._exchanges.add(stamp_ns, as_measured, as_worn)
+        moving = self._imus.moving(imus.segments)
+        as_moving = as_worn if moving == worn_on else replace(imus, segments=moving)
+        self._exchanges.add(stamp_ns, as_measured, as_moving)
         headings = np.full(len(imus), np.nan)  # of the aligned IMUs
         for row, worn in self._imus.with_link(imus.segments):
             if worn.use.is_aligned:
@@ -206,6 +216,7 @@ class ImuAlignments:
                 self._imus.wear(worn.use.segment, there)
         if exchanged:
             self._exchanges = ExchangeCheck()  # its sums are of the former segments
+        self._find_z_down(state)
         slipped = self._slips.slipped
         for _, worn in self._imus.with_link(segments):
             if worn.worn_on in slipped:
@@ -227,9 +238,29 @@ class ImuAlignments:
             worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)
         return state
 
+    def _find_z_down(self, state: FilterState) -> None:
+        """Turn IMUs over whose z axes point down: all those of one kind, or a single one."""
+        unturned = [worn for worn in self._imus if worn.use.segment not in self.z_down]
+        for worn in unturned:
+            if not worn.use.is_aligned:
+                worn.alignment.compare_z_down()
+        votes = np.clip([w.alignment.z_down_lead for w in unturned], -MOST_VOTE, MOST_VOTE)
+        if np.sum(votes) + MOST_VOTE * len(self.z_down) < Z_DOWN_VOTES:
+            unturned = [w for w in unturned if w.alignment.z_down_lead > Z_DOWN_LEAD]
+        for worn in unturned:
+            if worn.use.is_aligned:
+                self._set_aside(worn, state)
+            worn.alignment.turn_over()
+            self._forget_known(worn)
+        if unturned:
+            self.z_down |= {worn.use.segment for worn in unturned}
+            self._exchanges = ExchangeCheck()  # its sums are of the former orientations
+
     def _aligned(self, worn: WornImu, state: FilterState) -> Alignment | None:
         """The alignment of an IMU, with what is known of its mounting, or without if that fails."""
         known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
+        if known is None and not worn.use.has_moved:
+            return None
         north = self._north(worn, state)
         is_doubtful = worn.former_alignment is not None and worn.may_be_restrapped
         found = worn.alignment.solve(known, north, is_doubtful=is_doubtful)
@@ -250,6 +281,7 @@ class ImuAlignments:
     def _forget(self, worn: WornImu, state: FilterState) -> None:
         """Discard an IMU's alignment after it slipped."""
         worn.use.contradictions += 1
+        worn.forget_motion()
         self._forget_known(worn)
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
@@ -313,16 +345,15 @@ class ImuAlignments:
         has_imu = any(e.link == above and e.use.is_aligned for e in self._imus)
         return not (has_imu and state.contradicted_s[above] > 0.5 * CONTRADICTED_S)
 
-    @staticmethod
-    def _alignment_of(worn: WornImu, state: FilterState) -> SensorToSegment:
+    def _alignment_of(self, worn: WornImu, state: FilterState) -> SensorToSegment:
         """The filter's estimate of an aligned IMU's alignment."""
         column = int(state.imu_column[worn.link])
         variance = np.diag(state.P)[column : column + 3]
         return SensorToSegment(
             R_sensor_segment=state.R_sensor_link[worn.link].copy(),
             stddev=np.sqrt(np.maximum(variance, 0.0)),
-            residual=float("nan"),
             worn_on=worn.use.worn_on,
+            z_down=worn.use.segment in self.z_down,
         )
 
 

@@ -3,12 +3,16 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.filter.state import NO_COLUMN
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 
+MOVED = np.cos(np.radians(8.0))  # [-] cosine of the angle from which on a sensor has moved
 MOST_SETS = 100  # [-] of IMUs that had samples at one instant, which are remembered
 
 
@@ -25,11 +29,23 @@ class WornImu:
     former_alignment: SensorToSegment | None = None  # alignment before a restart
     may_be_restrapped: bool = False  # since that alignment
     slipping_until_ns: int = 0  # [ns] it is known to slip before, and not used
+    R_world_first: FloatArray | None = None  # (3, 3) its orientation when it was first heard
 
     @property
     def worn_on(self) -> str:
         """The segment on which it is worn."""
         return self.use.worn_on or self.use.segment
+
+    def note_orientation(self, R_world_sensor: FloatArray) -> None:
+        """Find out whether it moves: one that lies on a table fits a segment at rest."""
+        if self.R_world_first is None:
+            self.R_world_first = R_world_sensor.copy()
+        trace = np.einsum("ij,ij", R_world_sensor, self.R_world_first)
+        self.use.has_moved |= bool(trace < 1.0 + 2.0 * MOVED)
+
+    def forget_motion(self) -> None:
+        """Require that it moves again: it may have been put down."""
+        self.use.has_moved, self.R_world_first = False, None
 
 
 class WornImus:
@@ -68,6 +84,12 @@ class WornImus:
     def worn_on(self, segments: Sequence[str]) -> tuple[str, ...]:
         """The segments on which the IMUs of these names are worn."""
         return tuple(self._exchanged.get(name, name) for name in segments)
+
+    def moving(self, segments: Sequence[str]) -> tuple[str, ...]:
+        """The segments on which the IMUs of these names are worn; empty for one that rests."""
+        names = zip(segments, self.worn_on(segments), strict=True)
+        still = {imu.use.segment for imu in self._imus.values() if not imu.use.has_moved}
+        return tuple("" if name in still else worn_on for name, worn_on in names)
 
     def wear(self, segment: str, worn_on: str) -> None:
         """Take an IMU to be worn on another segment from now on, or on its own again."""

@@ -30,6 +30,7 @@ MOST_SIGMAS = 3.5  # [-] by which estimates of the same mounting differ
 class _Estimates:
     first_ns: int
     worn_on: str = ""  # see SensorToSegment
+    z_down: bool = False  # the same
     reference: tuple[int, SensorToSegment] | None = None
     recent: deque[tuple[int, SensorToSegment]] = field(default_factory=deque)
     seen_ns: int | None = None  # when a slip showed
@@ -50,9 +51,11 @@ class AlignmentHistory:
         self._last_ns = stamp_ns
         for segment, alignment in pipeline.sensor_to_segment.items():
             own = self._estimates.get(segment)
-            if own is None or own.worn_on != alignment.worn_on:
-                own = _Estimates(first_ns=stamp_ns, worn_on=alignment.worn_on)
-                self._estimates[segment] = own
+            as_now = _Estimates(
+                first_ns=stamp_ns, worn_on=alignment.worn_on, z_down=alignment.z_down
+            )
+            if own is None or (own.worn_on, own.z_down) != (as_now.worn_on, as_now.z_down):
+                own = self._estimates[segment] = as_now
             if own.seen_ns is not None:
                 continue
             if own.reference is None:
@@ -62,8 +65,7 @@ class AlignmentHistory:
                 if own.recent[0][0] >= own.reference[0]:
                     own.seen_ns = stamp_ns
                     continue
-                own = _Estimates(first_ns=stamp_ns, worn_on=alignment.worn_on)
-                self._estimates[segment] = own
+                own = self._estimates[segment] = as_now
             own.recent.append((stamp_ns, alignment))
             while len(own.recent) > 1 and own.recent[1][0] <= stamp_ns - SHOWS_NS:
                 own.recent.popleft()

@@ -40,6 +40,8 @@ INVERSE_ORIENTATION = (
     "order w x y z: write the rotation from the sensor to its world, as x y z w"
 )
 
+Z_DOWN = "the z axis of its reference frame points down (NED): turned over; have it send z up (ENU)"
+
 
 class Pipeline:
     """Estimates one person's pose from skeleton and IMU samples.
@@ -117,7 +119,8 @@ class Pipeline:
             span_ns = self.first_ns, self.newest_ns
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
             field = _disturbed(disturbed.get(name))
-            remarks = (_exchanged(use.worn_on), rate, shift, field, silence)
+            down = Z_DOWN if name in self.imus.z_down else ""
+            remarks = (_exchanged(use.worn_on), down, rate, shift, field, silence)
             uses[name] = replace(use, remark="; ".join(filter(None, remarks)))
         return tuple(uses[name] for name in sorted(self.imus.segments))
 
@@ -290,6 +293,7 @@ class Pipeline:
                 self._publish_before(observation.stamp_ns)
             self._runner.process(observation)
             self._preprocessor.tracker_delays_ns = self._runner.tracker_delays_ns
+            self.imus.z_down = self._runner.estimator.z_down_imus
             estimates += self.publish_waiting(least)
         return estimates
 

@@ -63,7 +63,7 @@ def run_once(
     preprocessor.shape = shape_of(model, neutral_pose())
     runner = EstimatorRunner(model, parameters, counters, make)
     segment = next(iter(model.segments))
-    known = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05), residual=0.0)
+    known = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05))
     runner.use_sensor_to_segment({segment: known})
     example: EstimateBlock | None = None
     for frame in range(1, FRAMES + 1):

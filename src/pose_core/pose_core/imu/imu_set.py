@@ -36,6 +36,8 @@ class ImuSet:
         self._replaced: frozenset[str] = frozenset()
         self.inverse: frozenset[str] = frozenset()
         """Segments whose IMU's orientations are the inverse, or in another order; not used."""
+        self.z_down: frozenset[str] = frozenset()
+        """Segments whose IMU's reference frame has a z axis that points down; it is turned over."""
         self._undecided: frozenset[str] = frozenset()  # may be the inverse; not used until known
         self.counters = Counters(
             "imu_gaps",
@@ -135,6 +137,12 @@ class ImuSet:
                 imus = replace(
                     imus, slips=self._slips, replaced_rates=self._replaced, heading_walks=walks
                 )
+            if self.z_down:
+                is_down = np.array([name in self.z_down for name in imus.segments], np.bool_)
+                upright = np.where(is_down, -1.0, 1.0)[:, None, None]
+                rotations = imus.R_world_sensor.copy()
+                rotations[:, 1:] *= upright
+                imus = replace(imus, R_world_sensor=rotations)
             self._known, self._known_at = imus, stamp_ns
         missing = len(self.history.segments) - len(self._known)
         self.counters.add("imu_readings_missing", missing)

@@ -14,6 +14,7 @@ class ImuUse:
     """State of use of one IMU."""
 
     segment: str
+    has_moved: bool = False  # whether its orientation has ever changed
     is_aligned: bool = False
     aligned_ns: int | None = None  # [ns] stamp since which it is used
     frames: int = 0  # also those without a sample of it
@@ -43,6 +44,11 @@ class ImuUse:
             return "the body model has no link for this segment: wear it on, or name, another one"
         if self.is_aligned:
             return ""
+        if not (self.has_moved or self.contradictions):
+            return (
+                "it has not turned by 8° yet: move its segment; if that has moved, strap the IMU "
+                "on, or check whether it is stuck"
+            )
         if self.does_not_fit:
             return (
                 "its motion does not fit this segment as the cameras see it: is it worn there, "

@@ -12,6 +12,9 @@ each ψ the best M follows from a singular value decomposition (Wahba's problem)
 grid and refined. The curvature of J gives the covariance, its second peak the ambiguity. Standing
 still adds little information and does no harm; no posture is assumed to be neutral.
 
+If the z axis of the IMU's reference frame points down (NED), :math:`R_{ws}` is
+:math:`F R_{ws}` with F = diag(1, −1, −1). Two more matrices accumulate J for that case.
+
 References:
     Markley (1988), Attitude determination using vector observations and the singular value
     decomposition, J. Astronautical Sciences 36(3).
@@ -34,6 +37,9 @@ HEADING_PARTS = np.array(
     [np.diag([0.0, 0.0, 1.0]), np.diag([1.0, 1.0, 0.0]), [[0, 1, 0], [-1, 0, 0], [0, 0, 0]]]
 )
 """R_z(ψ)ᵀ = parts[0] + cos ψ parts[1] + sin ψ parts[2]."""
+TURNED_OVER = np.diag([1.0, -1.0, -1.0])  # F
+ALL_PARTS = np.concatenate([HEADING_PARTS, TURNED_OVER @ HEADING_PARTS[1:]])
+"""The same, and F parts[1], F parts[2]; F parts[0] is -parts[0]."""
 PRIOR_STDDEV = 1.0  # [rad] prior of mounting and heading about the best solution
 NORTH_STDDEV = 0.3  # [rad] of an IMU's heading about that of the other IMUs that know north
 DISTURBED_SHARE = 0.05  # [-] share of such IMUs in a more disturbed field
@@ -80,13 +86,28 @@ class SegmentAlignment:
     def __init__(self, *, is_arm: bool = False, bend: float = 0.0) -> None:
         self._bend_variance = bend**2
         self._most_misfit = MOST_ARM_MISFIT if is_arm else MOST_MISFIT
-        self._sums: FloatArray = np.zeros((3, 3, 3))
+        self._sums: FloatArray = np.zeros((len(ALL_PARTS), 3, 3))
         self._total: FloatArray = np.zeros(2)  # weights, and durations of the axes, 3 s a second
         self.does_not_fit = False  # whether even the best solution does not fit
+        self.z_down_lead = 0.0  # [-] of the case that z points down, in log-likelihood
 
     def clear(self) -> None:
         """Discard all observations."""
-        self._sums[:], self._total[:] = 0.0, 0.0
+        self._sums[:], self._total[:], self.z_down_lead = 0.0, 0.0, 0.0
+
+    def turn_over(self) -> None:
+        """Turn the reference frame over, in all observations so far."""
+        self._sums = _turned_over(self._sums)
+        self.z_down_lead = -self.z_down_lead
+
+    def compare_z_down(self) -> None:
+        """Compare the case that the reference frame's z axis points down with the other."""
+        if np.any(self._sums):
+            up, down = (
+                best_rotation(_cost_matrix(sums, GRID))[1].max()
+                for sums in (self._sums, _turned_over(self._sums))
+            )
+            self.z_down_lead = float(SAMPLES_PER_S * (down - up))
 
     def observe(
         self,
@@ -171,7 +192,7 @@ def accumulate(
     variance: float,
     bend_variance: float,
 ) -> None:
-    """Add ∫ R_wsᵀ part B dt for each part of the heading; B weights the link's axes.
+    """Add ∫ R_wsᵀ part B dt for each of all parts; B weights the link's axes.
 
     The error of an axis comes from rotations of the link about the other two axes, that about the
     lateral axis y with ``bend_variance`` in addition. ``total`` accumulates the weights and the
@@ -191,8 +212,8 @@ def accumulate(
         total[1] += dt_s if weight > 0.0 else 0.0
         for i in range(3):
             B[i, k] = weight * R_map_link[i, k]
-    for part in range(3):
-        transposed_product(R_world_sensor, np.dot(HEADING_PARTS[part], B), turned)
+    for part in range(len(sums)):
+        transposed_product(R_world_sensor, np.dot(ALL_PARTS[part], B), turned)
         for i in range(3):
             for k in range(3):
                 sums[part, i, k] += turned[i, k]
@@ -202,7 +223,7 @@ def best_alignment(sums: FloatArray, north: float | None) -> Alignment:
     """Maximise J; the solution with its covariance and its lead.
 
     Args:
-        sums: See :func:`accumulate`, (3, 3, 3) [s/rad²].
+        sums: See :func:`accumulate`, (5, 3, 3) [s/rad²].
         north: See :meth:`SegmentAlignment.solve`.
     """
 
@@ -232,7 +253,7 @@ def best_heading(sums: FloatArray, mounting: SensorToSegment) -> Alignment:
     """Maximise J over the heading only, for a known mounting, in closed form.
 
     Args:
-        sums: See :func:`accumulate`, (3, 3, 3) [s/rad²].
+        sums: See :func:`accumulate`, (5, 3, 3) [s/rad²].
         mounting: The known mounting.
     """
     M = mounting.R_sensor_segment
@@ -259,6 +280,11 @@ def _log_north_prior(headings: FloatArray, north: float | None) -> FloatArray:
         return np.zeros(len(headings))
     distance = _wrapped(headings - north) / NORTH_STDDEV
     return np.log(np.exp(-0.5 * distance**2) + DISTURBED_SHARE * NORTH_STDDEV)
+
+
+def _turned_over(sums: FloatArray) -> FloatArray:
+    """The sums of IMUs whose reference frame is turned over."""
+    return np.concatenate([-sums[:1], sums[3:], sums[1:3]])
 
 
 def _cost_matrix(sums: FloatArray, heading: FloatArray | float) -> FloatArray:

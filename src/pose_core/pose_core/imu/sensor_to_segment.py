@@ -12,8 +12,8 @@ class SensorToSegment:
 
     R_sensor_segment: FloatArray  # (3, 3)
     stddev: FloatArray  # (3,) [rad] about the segment's x, y, z
-    residual: float  # [rad] RMS angle between the segment's long axis by cameras and by the IMU
     worn_on: str = ""  # the segment it is worn on, if exchanged with the sensor of another one
+    z_down: bool = False  # whether the z axis of its reference frame points down
     slip: "Slip | None" = None  # when the sensor slipped, of a recording that has been read before
 
 

@@ -11,7 +11,7 @@ from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
 
 from pose_calibration.geometry.rigid_transform import CalibrationError
-from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult, Phase
+from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_core.api import (
     ChosenPerson,
@@ -42,7 +42,7 @@ SENSOR_QOS = sensor_data(DEPTH)
 class ImuCalibrationNode(Node):
     """Passes samples to an :class:`ImuCalibration`, once the poses of the Kinects are known.
 
-    Samples of the last half minute before that are used, too: they may contain the N-pose.
+    Samples of the last half minute before that are used, too.
 
     Args:
         parameters: Of the calibration.
@@ -161,7 +161,7 @@ def calibrate_imus_live(
     with node_of_tool(make) as (node, executor):
         spin_until(
             executor,
-            lambda: node.calibration is not None and node.calibration.phase is Phase.DONE,
+            lambda: node.calibration is not None and node.calibration.is_done,
             timeout_s,
             lambda: on_progress(node.progress, node.missing),
         )

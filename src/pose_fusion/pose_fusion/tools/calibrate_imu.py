@@ -1,6 +1,6 @@
-"""``./pose calibrate imu [IN_BAG] -o FILE``: sensor-to-segment alignment. Stand still, then move.
+"""``./pose calibrate imu [IN_BAG] -o FILE``: sensor-to-segment alignment of IMUs, from motion.
 
-With the running sensors, or on a bag of such a session.
+With the running sensors, or on a bag. It runs the fusion until the alignments are certain enough.
 """
 
 import argparse
@@ -9,9 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
 from pose_calibration.geometry.rigid_transform import CalibrationError
@@ -26,7 +24,6 @@ from pose_io.bags import BagReader, open_bag
 from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
-UNKNOWN = np.radians(45.0)  # [rad] standard deviation from which on an alignment is unknown
 Show = Callable[[float, str], None]
 T = TypeVar("T")
 
@@ -70,23 +67,9 @@ def calibrate_bag(
     )
     for sample in samples:
         calibration.add(sample)
+        if calibration.is_done:
+            break
     return calibration.finish()
-
-
-def residual_table(result: ImuCalibrationResult) -> Table:
-    """Uncertainty of each alignment, and its agreement with the cameras."""
-    table = Table(title="uncertainty of each IMU's alignment", show_edge=False)
-    table.add_column("segment")
-    for heading in ("tilt", "turn", "against the cameras"):
-        table.add_column(heading, justify="right")
-    for segment, alignment in result.alignments.items():
-        tilt, turn = alignment.stddev[:2].max(), alignment.stddev[2]
-        table.add_row(segment, *(_degrees(each) for each in (tilt, turn, alignment.residual)))
-    return table
-
-
-def _degrees(angle: float) -> str:
-    return f"{np.degrees(angle):.1f}°" if angle < UNKNOWN else "unknown"  # NaN as well
 
 
 def _run_with_progress(work: Callable[[Show], T]) -> T:
@@ -109,17 +92,15 @@ def _run_with_progress(work: Callable[[Show], T]) -> T:
 def _report(result: ImuCalibrationResult, keep_going: bool) -> None:
     """Print the result; raise an error if a sensor has a fault."""
     console = Console(soft_wrap=True)
-    console.print(residual_table(result))
-    for kind, findings in (("fault", result.faults), ("note", result.remarks)):
-        for finding in findings:
-            console.print(f"{kind}: {finding.text}")
+    for use in result.uses:
+        console.print(f"IMU {use}")
     if result.faults and not keep_going:
         raise CalibrationError(
-            f"nothing saved, {len(result.faults)} at fault: {result.faults[0].text} (--keep-going "
+            f"nothing saved, {len(result.faults)} at fault: {result.faults[0]} (--keep-going "
             "saves the others)"
         )
-    if not result.usable:
-        raise CalibrationError("nothing saved: no IMU sent samples while the person stood still")
+    if not result.alignments:
+        raise CalibrationError("nothing saved: no IMU sent samples")
 
 
 def main(arguments: list[str]) -> None:
@@ -134,7 +115,7 @@ def main(arguments: list[str]) -> None:
         with open_bag(given.in_bag) as bag:
             checked_sensors(bag, parameters.sensors)
             console = Console(stderr=True)
-            placed = extrinsics or find_extrinsics(bag, parameters.sensors, console, imus=False)
+            placed = extrinsics or find_extrinsics(bag, parameters.sensors, console)
             result = _run_with_progress(lambda show: calibrate_bag(bag, parameters, placed, show))
     else:
         from pose_fusion.nodes.live_imu_calibration import calibrate_imus_live  # ROS only here
@@ -144,5 +125,5 @@ def main(arguments: list[str]) -> None:
     _report(result, given.keep_going)
     if extrinsics is None:
         save_extrinsics(given.output, placed)
-    save_alignments(given.output, result.usable)
-    print(f"{given.output}: {', '.join(result.usable)}")
+    save_alignments(given.output, result.alignments)
+    print(f"{given.output}: {', '.join(result.alignments)}")
