@@ -62,6 +62,28 @@ def test_an_imu_on_the_table_is_named_and_changes_nothing(session):
     assert rmse == pytest.approx(run(replace(session, imus=without))[0], rel=0.02)
 
 
+def fallen(stream, at_s=15.0, lasts_s=0.6):
+    """The stream of an IMU that falls off and lies there from then on."""
+    first = np.searchsorted(stream.stamps_s, at_s)
+    orientation, rate = stream.orientation.copy(), stream.angular_velocity.copy()
+    before = Rotation.from_quat(orientation[first])
+    turn = (before.inv() * Rotation.from_rotvec([0.3, -2.2, 1.0])).as_rotvec()
+    share = np.clip((stream.stamps_s[first:] - at_s) / lasts_s, 0.0, 1.0)
+    orientation[first:] = (before * Rotation.from_rotvec(share[:, None] * turn)).as_quat()
+    rate[first:] = np.where(share[:, None] < 1.0, turn / lasts_s, 0.0)
+    return replace(stream, orientation=orientation, angular_velocity=rate)
+
+
+def test_an_imu_that_falls_off_is_named_and_harms_for_a_moment(session):
+    """A thigh's, whose fall turns the link by 140 degrees in the estimate."""
+    others = [stream for stream in session.imus if stream.segment != "right_thigh"]
+    falling = [fallen(each) if each.segment == "right_thigh" else each for each in session.imus]
+    rmse, uses = run(replace(session, imus=falling))
+    assert uses["right_thigh"].contradictions == 1
+    assert not uses["right_thigh"].is_aligned
+    assert rmse < 1.1 * run(replace(session, imus=others))[0]
+
+
 def test_imus_whose_z_axes_point_down_are_turned_over(session, usual):
     rmse, uses = run(replace(session, imus=[turned_over(each) for each in session.imus]))
     assert all("points down (NED): turned over" in use.remark for use in uses.values())

@@ -19,7 +19,8 @@ DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 10.0, 3.0  # [s]
 LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
 IMU_NOISE_GAIN, LARGEST_IMU_NOISE = 1.0, 20.0  # [1/s], [-]
 IMU_NOISE_S, MEAN_TURN_S, LARGEST_TURN = 10.0, 1.0, 0.5  # [s], [s], [rad]
-SMOOTHED_NIS_CLIP, CONTRADICTED = 400.0, 25.0  # [-]
+SMOOTHED_NIS_CLIP = 400.0  # [-]
+CONTRADICTED = {1: (25.0, 0.5), 2: (8.0, 1.0)}  # least NIS, and weight, by number of cameras
 
 
 def update_tracker_errors(
@@ -196,6 +197,8 @@ def note_contradictions(
         if view.frame.tracking_state[group.source] == TrackingState.TRACKED:
             newest[group.source] = min(group.nis, SMOOTHED_NIS_CLIP)
     state.nis[sensor] += share * (newest - state.nis[sensor])
-    least = state.nis[state.silent_s < CAMERA_TIMEOUT_S].min(axis=0)[constants.ends]
-    passed_s = np.where(least > CONTRADICTED, gap_s, -gap_s) / len(state.silent_s)
+    sends = state.silent_s < CAMERA_TIMEOUT_S
+    most, weight = CONTRADICTED[min(np.sum(sends), 2)]
+    least = state.nis[sends].min(axis=0)[constants.ends]
+    passed_s = weight * np.where(least > most, gap_s, -gap_s) / len(sends)
     state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)

@@ -25,7 +25,8 @@ from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
 
 SOLVE_PERIOD_NS = NS_PER_S // 2
-CONTRADICTED_S = 0.5  # [s] of contradiction by the cameras after which an IMU is realigned
+CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU is realigned
+MISLED_STDDEV = 1.0  # [rad] of the link that such an IMU has turned
 LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
@@ -185,6 +186,9 @@ class ImuAlignments:
             if worn.use.is_aligned:
                 if self._is_contradicted(worn, state):
                     self._forget(worn, state)
+                    first = rotation_column(worn.link)
+                    turned = np.arange(first, first + 3)
+                    state.P[turned, turned] += MISLED_STDDEV**2
                     self._put_back(worn, state)
                 continue
             if stamp_ns < worn.slipping_until_ns:

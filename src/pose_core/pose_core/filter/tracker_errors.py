@@ -43,7 +43,9 @@ DELAY_SCALE = 0.2
 delays in simulated sessions."""
 LINK_DELAY_SCALE = 0.1  # [m] the same of the differences between links
 VIEW_APART_MEMORY_S = 1.0  # [s] over which a view's distance from the state is averaged
-CONTRADICTED = 25.0  # [-] smoothed NIS above which the cameras contradict a link
+CONTRADICTED = 8.0  # [-] smoothed NIS above which the cameras contradict a link
+CONTRADICTED_BY_ONE = 25.0  # [-] the same of a single camera, whose gross errors last
+WEIGHT_OF_ONE = 0.5  # [-] of the time for which a single camera contradicts
 
 
 class TrackerErrorConstants(NamedTuple):
@@ -216,10 +218,14 @@ def add_contradictions(
 ) -> None:
     """Update for how long all cameras have contradicted each link, by their smoothed NIS."""
     passed_s = update.gap_s / len(state.silent_s)  # that this frame stands for
+    is_single = np.sum(state.silent_s < CAMERA_TIMEOUT_S) == 1
+    if is_single:
+        passed_s *= WEIGHT_OF_ONE
+    most = CONTRADICTED_BY_ONE if is_single else CONTRADICTED
     for link in range(len(constants.ends)):
         least = np.inf
         for sensor in range(len(state.silent_s)):
             if state.silent_s[sensor] < CAMERA_TIMEOUT_S:
                 least = min(least, state.nis[sensor, constants.ends[link]])
-        change_s = passed_s if least > CONTRADICTED else -passed_s
+        change_s = passed_s if least > most else -passed_s
         state.contradicted_s[link] = max(state.contradicted_s[link] + change_s, 0.0)
