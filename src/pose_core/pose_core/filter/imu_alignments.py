@@ -186,6 +186,7 @@ class ImuAlignments:
             if worn.use.is_aligned:
                 if self._is_contradicted(worn, state):
                     self._forget(worn, state)
+                    worn.alignment.require_better_fit()
                     first = rotation_column(worn.link)
                     turned = np.arange(first, first + 3)
                     state.P[turned, turned] += MISLED_STDDEV**2

@@ -59,6 +59,7 @@ MOST_TILT_STDDEV = 0.26  # [rad] about the axes across the link
 JUDGED_S = 15.0  # [s] in view before a lack of fit or of lead is judged
 MOST_MISFIT = 1.1  # [-] above which the IMU's motion does not fit the link
 MOST_ARM_MISFIT = 4.5  # [-] the same for arms, where trackers have larger errors
+STRICT_MISFIT = 1.5  # [-] the same for those that the cameras have contradicted repeatedly
 KNOWN_MISFIT = 3.0
 """[-] times as much is allowed for a known mounting: a link that the other IMUs have steadied is
 stated to be surer than its tracker's errors let it be."""
@@ -94,6 +95,10 @@ class SegmentAlignment:
     def clear(self) -> None:
         """Discard all observations."""
         self._sums[:], self._total[:], self.z_down_lead = 0.0, 0.0, 0.0
+
+    def require_better_fit(self) -> None:
+        """Require a better fit from now on: the cameras have contradicted an accepted one."""
+        self._most_misfit = min(self._most_misfit, max(0.5 * self._most_misfit, STRICT_MISFIT))
 
     def turn_over(self) -> None:
         """Turn the reference frame over, in all observations so far."""
