@@ -75,7 +75,6 @@ BEYOND_THE_DOOR = {
         "pose_core.filter.tracker_errors",
         "pose_core.imu.angular_velocity_check",
         "pose_core.imu.burst_stamps",
-        "pose_core.imu.imu_history",
         "pose_core.kernels.rotations",
     },
     # It compiles kernels of its own.
