@@ -4,7 +4,7 @@ The alignments are those that the default estimator finds from any motion that t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from pose_core.api import (
     Pipeline,
     PipelineParameters,
     SensorsToSegments,
+    SensorToSegment,
     SkeletonSample,
 )
 from pose_core.joints import SEGMENTS
@@ -106,7 +107,11 @@ class ImuCalibration:
         names = {use.segment for use in at_fault}
         found = self.pipeline.sensor_to_segment
         return ImuCalibrationResult(
-            alignments={name: each for name, each in found.items() if name not in names},
+            alignments={
+                use.segment: _as_stated(found[use.segment], use)
+                for use in uses
+                if use.segment in found and use.segment not in names
+            },
             uses=uses,
             faults=[*map(_fault, at_fault), *filter(None, [self._absent()])],
         )
@@ -145,6 +150,12 @@ class ImuCalibration:
             self.missing = absent or "move: raise the arms, bend the elbows, lift the knees, turn"
         else:
             self.missing = f"{how_to_move(worst)} ({uses[worst]})"
+
+
+def _as_stated(alignment: SensorToSegment, use: ImuUse) -> SensorToSegment:
+    """With the stated deviations: trackers' offsets differ in another session."""
+    tilt, turn = use.tilt_stddev, use.turn_stddev
+    return replace(alignment, stddev=np.array([tilt, tilt, turn]))
 
 
 def _fault(use: ImuUse) -> str:
