@@ -198,7 +198,7 @@ def note_contradictions(
             newest[group.source] = min(group.nis, SMOOTHED_NIS_CLIP)
     state.nis[sensor] += share * (newest - state.nis[sensor])
     sends = state.silent_s < CAMERA_TIMEOUT_S
-    most, weight = CONTRADICTED[min(np.sum(sends), 2)]
+    most, weight = CONTRADICTED[min(int(np.sum(sends)), 2)]
     least = state.nis[sends].min(axis=0)[constants.ends]
     passed_s = weight * np.where(least > most, gap_s, -gap_s) / len(sends)
     state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)

@@ -103,15 +103,11 @@ class ImuCalibration:
                 "move for longer before the cameras"
             )
         uses = self.pipeline.imu_uses
+        sound = [use for use in uses if not (use.reason or use.worn_on)]
         at_fault = [use for use in uses if use.reason or use.worn_on]
-        names = {use.segment for use in at_fault}
         found = self.pipeline.sensor_to_segment
         return ImuCalibrationResult(
-            alignments={
-                use.segment: _as_stated(found[use.segment], use)
-                for use in uses
-                if use.segment in found and use.segment not in names
-            },
+            alignments={use.segment: _as_stated(found[use.segment], use) for use in sound},
             uses=uses,
             faults=[*map(_fault, at_fault), *filter(None, [self._absent()])],
         )
