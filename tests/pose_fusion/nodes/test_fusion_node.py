@@ -1,3 +1,4 @@
+import time
 from dataclasses import replace
 from functools import partial
 
@@ -26,6 +27,7 @@ from pose_fusion.nodes.fusion import FusionNode
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BODY = "/humans/bodies/subject"
+FRAME_S = 0.01  # [s] between two frames, of the two cameras in turn
 
 
 @pytest.fixture
@@ -149,8 +151,9 @@ def test_a_frame_is_used_if_the_other_sensors_frame_is_missing(
 
 
 def stamped_now(fusion, samples):
-    """The samples, each as if it had been captured just now."""
+    """The samples, each as if it had been captured just now; not faster than any camera."""
     for sample in samples:
+        time.sleep(FRAME_S)
         yield replace(sample, stamp_ns=fusion.get_clock().now().nanoseconds - 20_000_000)
 
 
