@@ -12,8 +12,8 @@ each ψ the best M follows from a singular value decomposition (Wahba's problem)
 grid and refined. The curvature of J gives the covariance, its second peak the ambiguity. Standing
 still adds little information and does no harm; no posture is assumed to be neutral.
 
-If the z axis of the IMU's reference frame points down (NED), :math:`R_{ws}` is
-:math:`F R_{ws}` with F = diag(1, −1, −1). Two more matrices accumulate J for that case.
+If the z axis of the IMU's reference frame points down (NED), :math:`F R_{ws}` with
+F = diag(1, −1, −1) takes the place of :math:`R_{ws}`. Two more matrices accumulate C for that case.
 
 References:
     Markley (1988), Attitude determination using vector observations and the singular value

@@ -100,7 +100,7 @@ def _report(result: ImuCalibrationResult, keep_going: bool) -> None:
             "saves the others)"
         )
     if not result.alignments:
-        raise CalibrationError("nothing saved: no IMU sent samples")
+        raise CalibrationError("nothing saved: no IMU could be aligned")
 
 
 def main(arguments: list[str]) -> None:
