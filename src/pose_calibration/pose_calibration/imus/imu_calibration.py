@@ -26,6 +26,7 @@ from pose_core.joints import SEGMENTS
 from pose_core.stamps import NS_PER_S
 
 LOOK_NS = NS_PER_S  # [ns] time between two looks at what is missing
+NO_POSE = "no pose yet: stand in view of the cameras"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +71,7 @@ class ImuCalibration:
                 f"worn names {', '.join(strange)}: no camera sees such a segment, expected some of "
                 f"{', '.join(name for name in SEGMENTS if name in segments)}"
             )
-        self.is_done, self.progress, self.missing = False, 0.0, self._absent() or "move"
+        self.is_done, self.progress, self.missing = False, 0.0, self._absent() or NO_POSE
         self._begin_ns: int | None = None
         self._look_ns = 0
 
@@ -83,6 +84,8 @@ class ImuCalibration:
         if self.is_done:
             return
         estimates = self.pipeline.add(sample)
+        if self._begin_ns is None:
+            self.missing = self._absent() or NO_POSE
         if estimates and self._begin_ns is None:
             self._begin_ns = self._look_ns = estimates[0].stamp_ns
         if estimates and estimates[-1].stamp_ns >= self._look_ns:

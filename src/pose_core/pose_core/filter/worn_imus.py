@@ -87,9 +87,12 @@ class WornImus:
 
     def moving(self, segments: Sequence[str]) -> tuple[str, ...]:
         """The segments on which the IMUs of these names are worn; empty for one that rests."""
-        names = zip(segments, self.worn_on(segments), strict=True)
+        worn_on = self.worn_on(segments)
         still = {imu.use.segment for imu in self._imus.values() if not imu.use.has_moved}
-        return tuple("" if name in still else worn_on for name, worn_on in names)
+        if not still:
+            return worn_on
+        names = zip(segments, worn_on, strict=True)
+        return tuple("" if name in still else there for name, there in names)
 
     def wear(self, segment: str, worn_on: str) -> None:
         """Take an IMU to be worn on another segment from now on, or on its own again."""
