@@ -208,11 +208,12 @@ class DefaultEstimator(StepwiseEstimator):
             self.counters.add("frames_too_late")
             return False
         is_apart = ahead_s >= self.parameters.forget_after
-        has_imus = len(observation.imus) > 0 and self._has_aligned
         if ahead_s <= -JUMP_BACK_S:
             return self._start(observation, RestartCause.TIME_JUMP)
-        if is_apart and (not has_imus or ahead_s > LONGEST_BRIDGED_S):
-            return self._start(observation, RestartCause.GAP)
+        if is_apart:
+            has_imus = len(observation.imus) > 0 and self._has_aligned
+            if not has_imus or ahead_s > LONGEST_BRIDGED_S:
+                return self._start(observation, RestartCause.GAP)
         if ahead_s > 0.0:
             self._filter.predict(ahead_s)
             self._stamp_ns = observation.stamp_ns
