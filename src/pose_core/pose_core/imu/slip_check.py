@@ -26,7 +26,7 @@ from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, LEGS, SEGMENT_ENDS, SIDES
 from pose_core.stamps import NS_PER_S
 
-PERIOD_NS = 200_000_000  # [ns] between two frames of a camera that are used
+PERIOD_NS = 100_000_000  # [ns] between two frames of a camera that are used
 BIN_NS = NS_PER_S  # [ns] of one partial sum
 LAST_BINS = 7  # partial sums that are the last seconds
 MEMORY_BINS = 30.0  # time constant of the mean before, in partial sums
