@@ -18,6 +18,7 @@ from pose_bench.faults.fault import (
     often,
     peopled,
     placed,
+    put,
     silent,
 )
 from pose_bench.faults.packets import Frame, FramePerson, Packet
@@ -25,6 +26,7 @@ from pose_core.joints import JOINTS, OTHER_SIDE
 
 R, L, B = ("right",), ("left",), CAMERAS
 TILT = Rotation.from_euler("y", 10.0, degrees=True)
+LYING = b"\0\1\0\0" + b"\0" * 8 + b"\xff" * 4 + b"x" * 400  # the frame's name: 4 GB
 MIRRORED = tuple(JOINTS[other] for other in OTHER_SIDE)
 
 
@@ -76,11 +78,6 @@ def _flipped(packet: Any, window: Window) -> Packet:
     return replace(packet, flips=tuple(window.rng.integers(0, 1 << 20, 3).tolist()))
 
 
-def _lying(packet: Any, _window: Window) -> Packet:
-    """A string length of 4 GB at the frame's name."""
-    return replace(packet, raw=b"\0\1\0\0" + b"\0" * 8 + b"\xff" * 4 + b"x" * 400)
-
-
 def _slow(packet: Frame, window: Window) -> Sequence[Packet]:
     return [packet] if int(packet.at_s * 30.0) % 6 == 0 else []
 
@@ -126,7 +123,7 @@ FAULTS = (
         R,
         R,
     ),
-    Fault("right: unknown frame", each(R, lambda f, _: replace(f, frame_id="moon"))),
+    Fault("right: unknown frame", each(R, put(frame_id="moon"))),
     Fault("right: nobody", peopled(lambda _p, _w: [], *R), R),
     Fault("both: 20 strangers", peopled(_strangers(20), *B)),
     Fault("both: 100 strangers", peopled(_strangers(100), *B)),
@@ -137,9 +134,9 @@ FAULTS = (
     Fault("right: bit flips", each(R, _flipped), R),
     Fault("right: garbage", each(R, noise(300)), R, R),
     Fault("right: 1 MB/s of noise", each(R, noise(33_000)), R, R),
-    Fault("right: lengths that lie", each(R, _lying), R, R),
-    Fault("right: cut messages", each(R, lambda p, _: replace(p, cut=90)), R, R),
-    Fault("right: empty messages", each(R, lambda p, _: replace(p, cut=4)), R, R),
+    Fault("right: lengths that lie", each(R, put(raw=LYING)), R, R),
+    Fault("right: cut messages", each(R, put(cut=90)), R, R),
+    Fault("right: empty messages", each(R, put(cut=4)), R, R),
     Fault("both: garbage", each(B, noise(300)), B, B),
     Fault("both: four times the rate", often(4, *B)),
     Fault("tf_static: 1e300", noted("tf_static", size=1e300), said=("transform", "tf_static")),

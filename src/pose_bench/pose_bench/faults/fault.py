@@ -83,6 +83,11 @@ def each(sources: Sequence[str], to: Callable[[Any, Window], Packet | Sequence[P
     return change
 
 
+def put(**fields: Any) -> Callable[[Any, Window], Packet]:
+    """Set some fields of a packet."""
+    return lambda packet, _window: replace(packet, **fields)
+
+
 def silent(*sources: str) -> Change:
     """Remove all packets of these sources."""
     return each(sources, lambda _packet, _window: ())

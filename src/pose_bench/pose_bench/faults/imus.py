@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_bench.faults.fault import CAMERAS, Fault, Window, each, frozen, noise, often, silent
+from pose_bench.faults.fault import CAMERAS, Fault, Window, each, frozen, noise, often, put, silent
 from pose_bench.faults.packets import Imu, Packet
 from pose_core.stamps import NS_PER_S
 
@@ -61,10 +61,6 @@ def _exchanged(imu: Imu, _window: Window) -> Packet:
     return replace(imu, source=THIGH if imu.source == SHANK else SHANK)
 
 
-def _of(**fields: Any) -> Callable[[Any, Window], Packet]:
-    return lambda imu, _window: replace(imu, **fields)
-
-
 def _sometimes(imu: Imu, window: Window) -> Packet:
     """An impossible value in one sample of ten."""
     if window.rng.random() > 0.1:
@@ -107,18 +103,18 @@ FAULTS = (
     Fault("one IMU: slips by 20 degrees", each(ONE, _turned(20.0, "x")), ONE),
     Fault("one IMU: heading jumps by 60 degrees", each(ONE, _headed(60.0)), ONE),
     Fault("all IMUs: heading jumps by 60 degrees", each(("imus",), _headed(60.0))),
-    Fault("one IMU: NaN", each(ONE, _of(orientation=np.full(4, np.nan))), ONE, NAMED),
-    Fault("one IMU: zero quaternions", each(ONE, _of(orientation=np.zeros(4))), ONE, NAMED),
+    Fault("one IMU: NaN", each(ONE, put(orientation=np.full(4, np.nan))), ONE, NAMED),
+    Fault("one IMU: zero quaternions", each(ONE, put(orientation=np.zeros(4))), ONE, NAMED),
     Fault(
         "one IMU: quaternions ten times too long",
         each(ONE, lambda i, _: replace(i, orientation=10.0 * i.orientation)),
         ONE,
         NAMED,
     ),
-    Fault("one IMU: rates infinite", each(ONE, _of(rate=np.full(3, np.inf))), ONE, NAMED),
-    Fault("one IMU: rates 1e30", each(ONE, _of(rate=np.full(3, 1e30))), ONE, NAMED),
+    Fault("one IMU: rates infinite", each(ONE, put(rate=np.full(3, np.inf))), ONE, NAMED),
+    Fault("one IMU: rates 1e30", each(ONE, put(rate=np.full(3, 1e30))), ONE, NAMED),
     Fault("one IMU: one sample in ten 1e308", each(ONE, _sometimes)),
-    Fault("one IMU: says no orientation", each(ONE, _of(variances=(-1.0, 0.0, 0.0))), ONE, NAMED),
+    Fault("one IMU: says no orientation", each(ONE, put(variances=(-1.0, 0.0, 0.0))), ONE, NAMED),
     Fault("all IMUs: four times the rate", often(4, "imus")),
     Fault("everything: four times the samples", each(("imus", *CAMERAS), _denser)),
     Fault("one IMU: 1 kHz of one stamp", often(10, *ONE), said=NAMED),

@@ -13,6 +13,7 @@ from pose_bench.faults.fault import (
     each,
     noted,
     often,
+    put,
     stamped,
 )
 from pose_bench.faults.packets import Packet
@@ -20,11 +21,8 @@ from pose_core.stamps import NS_PER_S
 
 ONE, NAMED = ("imu/left_shank",), ("left_shank",)
 YEAR_S = 31_557_600.0  # [s]
+ZERO = put(stamp_ns=0)
 L, R, B, I = ("left",), ("right",), CAMERAS, ("imus",)  # noqa: E741
-
-
-def _zero(packet: Any, _window: Window) -> Packet:
-    return replace(packet, stamp_ns=0)
 
 
 def _frozen(packet: Any, window: Window) -> Packet:
@@ -51,7 +49,7 @@ def _jitter(seconds: float) -> Callable[[Any, Window], float]:
 
 FAULTS = (
     Fault("right: stamps backwards", stamped(_backwards, *R), R, R),
-    Fault("right: stamps zero", each(R, _zero), R, R),
+    Fault("right: stamps zero", each(R, ZERO), R, R),
     Fault("right: stamps negative", stamped(_by(-2e9), *R), R, R),
     Fault("right: stamps 0.6 s late", stamped(_by(-0.6), *R), R, R),
     Fault("right: stamps 1 s late", stamped(_by(-1.0), *R), R, R),
@@ -65,13 +63,13 @@ FAULTS = (
     Fault("right: random stamps", stamped(_jitter(1e6), *R), R, R),
     Fault("right: clock 500 ppm fast", stamped(lambda p, w: 5e-4 * (p.at_s - w.begin_s), *R)),
     Fault("left: stamps backwards", stamped(_backwards, *L), L, L),
-    Fault("left: stamps zero", each(L, _zero), L, L),
+    Fault("left: stamps zero", each(L, ZERO), L, L),
     Fault("left: clock +5 s", stamped(_by(5.0), *L), L, L),
     Fault("left: a year ahead", stamped(_by(YEAR_S), *L), L, L),
     Fault("both: a year ahead", stamped(_by(YEAR_S), *B), B, B),
     Fault("both: clock +5 s", stamped(_by(5.0), *B), B, B),
     Fault("both: clock -5 s", stamped(_by(-5.0), *B), B, B),
-    Fault("both: stamps zero", each(B, _zero), B, B),
+    Fault("both: stamps zero", each(B, ZERO), B, B),
     Fault("both: frames 1 s late", _late(1.0, *B), B, B),
     Fault("right: frames 0.4 s late", _late(0.4, *R), R),
     Fault("right: 1 kHz of one stamp", often(33, *R), said=R),
@@ -82,7 +80,7 @@ FAULTS = (
         said=R,
     ),
     Fault("one IMU late by 0.4 s", _late(0.4, *ONE), ONE, NAMED),
-    Fault("one IMU: stamps zero", each(ONE, _zero), ONE, NAMED),
+    Fault("one IMU: stamps zero", each(ONE, ZERO), ONE, NAMED),
     Fault("one IMU: a year ahead", stamped(_by(YEAR_S), *ONE), ONE, NAMED),
     Fault("one IMU: stamps 1.1 s late", stamped(_by(-1.1), *ONE), ONE, NAMED),
     Fault("one IMU: stamps backwards", stamped(_backwards, *ONE), ONE, NAMED),
