@@ -48,7 +48,6 @@ class SessionSpec:
 class BenchSession:
     """The sensors' samples in one session, and the ground truth."""
 
-    spec: SessionSpec
     skeletons: tuple[SkeletonSample, ...]  # in order of arrival
     imus: tuple[ImuSample, ...]  # in order of arrival; empty if not requested
     samples: tuple[SkeletonSample | ImuSample, ...]  # both, in order of arrival
@@ -90,7 +89,6 @@ def bench_session(
     every: list[tuple[int, SkeletonSample | ImuSample]] = [*timed_skeletons, *timed_imus]
     every.sort(key=lambda timed: timed[0])
     return BenchSession(
-        spec=spec,
         skeletons=tuple(sample for _, sample in timed_skeletons),
         imus=tuple(sample for _, sample in timed_imus),
         samples=tuple(sample for _, sample in every),
