@@ -6,12 +6,14 @@ requires the same, so that a file which is valid here is valid there.
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
 from pose_core.plain_yaml import PlainLoader, YamlError, read_yaml
 from pose_launch.errors import FileLine, LaunchError
+
+T = TypeVar("T")
 
 
 class LocatedMapping(dict[Any, Any]):
@@ -71,13 +73,7 @@ class Entity:
 
     def text(self, name: str) -> str | None:
         """Value of a textual attribute, None if it is missing."""
-        value = self.value(name)
-        if value is not None and not isinstance(value, str):
-            raise LaunchError(
-                self.place_of(name),
-                f"'{name}' of '{self.kind}' is {value!r}, not a text: put it in quotes",
-            )
-        return value
+        return self._typed(name, str, ", not a text: put it in quotes")
 
     def required_text(self, name: str) -> str:
         """Value of a required textual attribute."""
@@ -88,12 +84,15 @@ class Entity:
 
     def number(self, name: str) -> float | None:
         """Value of a floating-point attribute (required by ``ros2 launch``), None if missing."""
+        expected = "a number with a point, such as 1.0, without quotes ('ros2 launch' insists)"
+        return self._typed(name, float, f": expected {expected}")
+
+    def _typed(self, name: str, kind: type[T], else_say: str) -> T | None:
+        """Value of an attribute of this type, None if it is missing."""
         value = self.value(name)
-        if value is not None and not isinstance(value, float):
+        if value is not None and not isinstance(value, kind):
             raise LaunchError(
-                self.place_of(name),
-                f"'{name}' of '{self.kind}' is {value!r}: expected a number with a point, such as"
-                " 1.0, without quotes ('ros2 launch' insists)",
+                self.place_of(name), f"'{name}' of '{self.kind}' is {value!r}{else_say}"
             )
         return value
 

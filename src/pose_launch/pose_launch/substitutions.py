@@ -11,13 +11,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ament_index_python.packages import (
-    PackageNotFoundError,
-    get_package_prefix,
-    get_package_share_directory,
-)
+from ament_index_python.packages import get_package_prefix, get_package_share_directory
 
 from pose_core.errors import InputError
+from pose_node.child_process import of_package
 
 FIRST_MARK = 0xF0000  # private characters, which stand for substitutions while words are split
 
@@ -121,13 +118,6 @@ def _variable(arguments: list[str], scope: Scope) -> str:
     raise InputError(f"$(var {name}): nothing of that name is set here ({known})")
 
 
-def _package(find: Callable[[str], str], package: str) -> str:
-    try:
-        return find(package)
-    except (PackageNotFoundError, ValueError) as error:
-        raise InputError(f"found no package '{package}': build and source its workspace") from error
-
-
 def _command(arguments: list[str], scope: Scope) -> str:
     if not scope.run_commands:
         return ""
@@ -161,8 +151,8 @@ def condition(text: str, scope: Scope) -> bool:
 
 SUBSTITUTIONS: dict[str, tuple[int, Callable[[list[str], Scope], str]]] = {
     "var": (1, _variable),
-    "find-pkg-share": (1, lambda given, _: _package(get_package_share_directory, *given)),
-    "find-pkg-prefix": (1, lambda given, _: _package(get_package_prefix, *given)),
+    "find-pkg-share": (1, lambda given, _: of_package(get_package_share_directory, *given)),
+    "find-pkg-prefix": (1, lambda given, _: of_package(get_package_prefix, *given)),
     "command": (1, _command),
     "equals": (2, lambda given, _: str(given[0] == given[1]).lower()),
     "not-equals": (2, lambda given, _: str(given[0] != given[1]).lower()),

@@ -34,16 +34,25 @@ def end_with_parent() -> Callable[[], None]:
     return in_child
 
 
+def of_package(find: Callable[[str], str], package: str) -> str:
+    """What a function of :mod:`ament_index_python` finds of an installed package.
+
+    Raises:
+        InputError: If the package is missing.
+    """
+    try:
+        return find(package)
+    except (PackageNotFoundError, ValueError) as error:
+        raise InputError(f"found no package '{package}': build and source its workspace") from error
+
+
 def executable(package: str, name: str) -> Path:
     """The executable that ``ros2 run PACKAGE NAME`` finds.
 
     Raises:
         InputError: If the package or the executable is missing.
     """
-    try:
-        folder = Path(get_package_prefix(package)) / "lib" / package
-    except (PackageNotFoundError, ValueError) as error:
-        raise InputError(f"found no package '{package}': build and source its workspace") from error
+    folder = Path(of_package(get_package_prefix, package)) / "lib" / package
     path = folder / name
     if not (path.is_file() and os.access(path, os.X_OK)):
         present = sorted(entry.name for entry in folder.glob("*") if os.access(entry, os.X_OK))
