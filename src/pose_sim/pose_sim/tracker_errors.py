@@ -6,6 +6,7 @@ from scipy.signal import lfilter
 
 from pose_core.arrays import FloatArray, unit_vectors
 from pose_core.joints import JOINT_INDEX, JOINTS, LIMB_ENDS, SIDES
+from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.rotations import about_z
 
@@ -65,7 +66,7 @@ def tracked(
     own = rng.uniform(-0.5, 0.5, len(JOINTS))
     lags = p.lag * (1.0 + p.own_lag * own + np.sqrt(1.0 - p.own_lag**2) * common_lags)
     late = truth - lags[:, None] * velocity
-    root = 0.5 * (late[:, [JOINT_INDEX["left_hip"]]] + late[:, [JOINT_INDEX["right_hip"]]])
+    root = mid_hip(late)[:, None]
     keep = np.exp(-1.0 / (p.frame_rate * MEMORY_TIME))
     relative = late - root
     start = keep * relative[:1]
@@ -93,9 +94,7 @@ def offsets(
     constant = p.joint_bias * np.sqrt(0.5) * (body_bias[:, :, 0] + own)
     following = p.pose_bias * body_bias[:, :, 1:]
     _liken_arms(following, p)
-    left, right = truth[:, JOINT_INDEX["left_hip"]], truth[:, JOINT_INDEX["right_hip"]]
-    heading = np.arctan2(right[:, 0] - left[:, 0], left[:, 1] - right[:, 1])  # y: (-sin, cos)
-    R_map_body = about_z(heading)
+    R_map_body = about_z(heading(truth))
     offset = np.tile(constant, (len(truth), 1, 1))
     for joint, (near, far) in DIRECTIONS.items():
         limb = unit_vectors(truth[:, JOINT_INDEX[far]] - truth[:, JOINT_INDEX[near]])
