@@ -18,7 +18,7 @@ from pose_teleop.motion_limiter import (
 from pose_teleop.parameters import ArmParameters
 from pose_teleop.robot_arm import RobotArm
 from pose_teleop.robot_files import load_robot
-from pose_teleop.supervisor import ArmFault, State, Supervisor
+from pose_teleop.supervisor import TO_PERSON, ArmFault, State, Supervisor
 
 STOP_STEP_S = 0.02  # [s] between the points of the stopping trajectory
 LONGEST_STEP_S = 0.03  # [s] upper bound of the command's time step, after pauses of the process
@@ -94,7 +94,7 @@ class ArmController:
             self._begin_at_robot()
             return None
         period_s = min(max(since_s, 0.0), LONGEST_STEP_S)
-        if state in (State.SOFT_START, State.FOLLOWING):
+        if state in TO_PERSON:
             target, rate = self._wanted()
             self.limiter.follow(target, rate, period_s, self.supervisor.fastest)
         else:

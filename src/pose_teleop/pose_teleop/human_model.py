@@ -16,27 +16,23 @@ from scipy.spatial.transform import Rotation
 from pose_core.api import FloatArray
 from pose_core.joints import SIDES
 
+SIGNS = {side[0]: sign for side, sign in zip(SIDES, (1, -1), strict=True)}
+"""Sign of the lateral axis by the first letter of a side."""
 HANGING = 0.02  # [rad] abduction of a shoulder below which its two rotations are not separable
 PI = float(np.pi)
 LARGEST_EFFORT = 1000.0  # [N m] required by URDF
 LARGEST_RATE = 50.0  # [rad/s] required by URDF
 
 
-def _side(letter: str) -> float:
-    return 1.0 if letter == "l" else -1.0
-
-
 def joint_axes() -> dict[str, tuple[int, int, int]]:
     """Axis of each joint by its name without the id, in the model's order."""
     axes = {"waist": (0, 1, 0), "r_head": (1, 0, 0), "y_head": (0, 0, 1), "p_head": (0, -1, 0)}
-    for letter in ("l", "r"):
-        s = int(_side(letter))
+    for letter, s in SIGNS.items():
         axes[f"{letter}_y_shoulder"] = (0, 0, -s)
         axes[f"{letter}_p_shoulder"] = (s, 0, 0)
         axes[f"{letter}_r_shoulder"] = (0, 0, s)
         axes[f"{letter}_elbow"] = (0, -1, 0)
-    for letter in ("l", "r"):
-        s = int(_side(letter))
+    for letter, s in SIGNS.items():
         axes[f"{letter}_y_hip"] = (0, 0, -1)
         axes[f"{letter}_p_hip"] = (s, 0, 0)
         axes[f"{letter}_r_hip"] = (0, -1, 0)
@@ -68,7 +64,7 @@ class HumanAngles:
         return {"r_head": x, "y_head": z, "p_head": -y}
 
     def _shoulder(self, letter: str, R: Rotation) -> dict[str, float]:
-        s, name = _side(letter), f"{letter}_shoulder"
+        s, name = SIGNS[letter], f"{letter}_shoulder"
         z1, x, z2 = self._nearest(name, self._zxz(name, R, s))
         return {
             f"{letter}_y_shoulder": -s * z1,
@@ -77,7 +73,7 @@ class HumanAngles:
         }
 
     def _hip(self, letter: str, R: Rotation) -> dict[str, float]:
-        s, name = _side(letter), f"{letter}_hip"
+        s, name = SIGNS[letter], f"{letter}_hip"
         z, x, y = self._nearest(name, _euler("ZXY", R))
         return {f"{letter}_y_hip": -z, f"{letter}_p_hip": s * x, f"{letter}_r_hip": -y}
 
@@ -100,8 +96,11 @@ class HumanAngles:
             best = min(unrolled, key=lambda each: float(np.abs(each - before).sum()))
         else:
             # REP 155 counts abduction as positive.
-            s = _side(name[0])
-            outward = [each for each in unrolled if "shoulder" not in name or s * each[1] >= 0.0]
+            outward = [
+                each
+                for each in unrolled
+                if "shoulder" not in name or SIGNS[name[0]] * each[1] >= 0.0
+            ]
             best = min(outward or unrolled, key=lambda each: float(np.abs(each).sum()))
         self._before[name] = best
         return best
@@ -114,7 +113,7 @@ def _euler(order: str, R: Rotation) -> list[FloatArray]:
 
 def _limb(angles: Mapping[str, float], side: str, joint: str) -> Rotation:
     """Rotation of a limb in its parent: R_y(−flexion) R_x(±abduction) R_z(∓rotation)."""
-    s = 1.0 if side == SIDES[0] else -1.0
+    s = SIGNS[side[0]]
     flexion, abduction, rotation = (
         angles[f"{side}_{joint}_{each}"] for each in ("flexion", "abduction", "rotation")
     )

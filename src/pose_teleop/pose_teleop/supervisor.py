@@ -41,6 +41,8 @@ class ArmFault(Enum):
     LAGS = "the robot is far from its command"
 
 
+TO_PERSON = (State.SOFT_START, State.FOLLOWING)
+"""States in which the robot moves to the person's pose."""
 SOFT_S = 3.0  # [s] after which the velocity of a soft start increases
 LATCHED = frozenset({ArmFault.PERSON_CHANGED, ArmFault.LAGS})
 """After these faults the dead-man input must be released before the robot starts again."""
@@ -112,9 +114,8 @@ class Supervisor:
             self.fault = self.latched or fault or self.fault
         elif self._well_since_ns is None:
             self._well_since_ns = now_ns
-        moves = self.state in (State.SOFT_START, State.FOLLOWING)
         near = self._parameters.soft_tolerance
-        if moves and not is_well:
+        if self.state in TO_PERSON and not is_well:
             self.state = State.SLOWING
         elif self.state is State.SLOWING and is_at_rest:
             self.state = State.FROZEN

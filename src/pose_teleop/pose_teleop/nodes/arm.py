@@ -25,7 +25,7 @@ from pose_teleop.conversions import by_name, robot_states, to_robot_position, to
 from pose_teleop.input_monitor import Now
 from pose_teleop.nodes.bodies import LATCHED, NEWEST, body_topic
 from pose_teleop.parameters import ArmParameters
-from pose_teleop.supervisor import State
+from pose_teleop.supervisor import TO_PERSON, State
 
 LATE_SHARE = 1.5  # [periods] without joint states after which the timer computes a step
 
@@ -118,7 +118,7 @@ class ArmNode(Node):
         velocity = by_name(message, message.velocity)
         self.controller.monitor.add_joint_states(stamp_ns, position, velocity, now)
         self._step(now)
-        if self.controller.supervisor.state in (State.SOFT_START, State.FOLLOWING):
+        if self.controller.supervisor.state in TO_PERSON:
             self._latencies_ms.append((self._now().ros_ns - stamp_ns) * 1e-6)
 
     def _on_robot(self, message: JointState) -> None:
@@ -163,7 +163,7 @@ class ArmNode(Node):
 
     def _report(self) -> Report:
         controller = self.controller
-        moves = controller.supervisor.state in (State.SOFT_START, State.FOLLOWING)
+        moves = controller.supervisor.state in TO_PERSON
         fault = controller.supervisor.fault
         median, p99 = np.nan, np.nan
         if self._latencies_ms:
