@@ -59,12 +59,8 @@ def limb_roll(R_map_segment: FloatArray) -> FloatArray:
         return np.where(np.abs(np.arcsin(np.clip(direction[:, 2], -1, 1))) > STEEP, np.nan, roll)
 
 
-def has_segments(dof_names: Sequence[str]) -> bool:
-    """Whether these are the degrees of freedom of a bundled body model."""
-    return _model_of(dof_names) is not None
-
-
-def _model_of(dof_names: Sequence[str]) -> BodyModel | None:
+def model_of(dof_names: Sequence[str]) -> BodyModel | None:
+    """The bundled body model with these degrees of freedom; None if there is none."""
     models = map(load_body_model, available_models())
     return next((model for model in models if model.dof_names == tuple(dof_names)), None)
 
@@ -80,7 +76,7 @@ def segment_rotations(dof_names: Sequence[str], dof: FloatArray, limb: str) -> F
     Raises:
         InputError: If no bundled body model has these degrees of freedom.
     """
-    model = _model_of(dof_names)
+    model = model_of(dof_names)
     if model is None:
         raise InputError(f"no body model has the degrees of freedom {', '.join(dof_names)}")
     rotations = ForwardKinematics(model, np.zeros((len(JOINTS), 3))).pose(dof).rotations

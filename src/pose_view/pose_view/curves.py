@@ -16,9 +16,9 @@ from pose_core.api import ANGLES, ROOT_DOF, FloatArray, joint_angles, without_si
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.limb_attitude import (
     LIMBS,
-    has_segments,
     limb_attitude,
     limb_roll,
+    model_of,
     segment_rotations,
 )
 from pose_evaluation.tables import readable
@@ -43,7 +43,7 @@ def titles(dof_names: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Titles of all curves of a body with these degrees of freedom."""
     return (
         *(f"{angle}: {readable(s)}" for angle in ("Pitch", "Yaw") for s in SEGMENTS),
-        *(f"Roll: {readable(s)}" for s in SEGMENTS if has_segments(dof_names)),
+        *(f"Roll: {readable(s)}" for s in SEGMENTS if model_of(dof_names)),
         *(readable(name).capitalize() for name in ANGLES),
         *(f"Model: {readable(name)}" for name in dof_names[ROOT_DOF:]),
     )
