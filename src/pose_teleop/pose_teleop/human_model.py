@@ -96,11 +96,8 @@ class HumanAngles:
             best = min(unrolled, key=lambda each: float(np.abs(each - before).sum()))
         else:
             # REP 155 counts abduction as positive.
-            outward = [
-                each
-                for each in unrolled
-                if "shoulder" not in name or SIGNS[name[0]] * each[1] >= 0.0
-            ]
+            s = SIGNS[name[0]] if "shoulder" in name else 0  # 0: any solution
+            outward = [each for each in unrolled if s * each[1] >= 0.0]
             best = min(outward or unrolled, key=lambda each: float(np.abs(each).sum()))
         self._before[name] = best
         return best
