@@ -45,10 +45,10 @@ FILTERED = VarianceCalibrations(
     with_imu={
         "hip_flexion": (1.0, 0.026, 4.5),
         "hip": (1.0, 0.026, 3.0),
-        "knee": (0.4, 0.0, 2.2),
+        "knee": (1.0, 0.0, 0.8),
         "shoulder_abduction": (1.0, 0.0, 8.0),
         "shoulder": (1.0, 0.0, 6.5),
-        "elbow": (0.7, 0.0, 2.8),
+        "elbow": (1.0, 0.0, 2.2),
     },
 )
 SMOOTHED = VarianceCalibrations(
@@ -63,10 +63,10 @@ SMOOTHED = VarianceCalibrations(
     with_imu={
         "hip_flexion": (2.2, 0.019, 4.5),
         "hip": (2.2, 0.019, 2.5),
-        "knee": (0.8, 0.0, 2.0),
+        "knee": (1.8, 0.0, 0.7),
         "shoulder_abduction": (1.0, 0.039, 8.0),
         "shoulder": (1.0, 0.039, 6.5),
-        "elbow": (2.1, 0.0, 2.0),
+        "elbow": (2.7, 0.0, 1.2),
     },
 )
 """Of a degree of freedom, the first whose name is part of its name counts."""
