@@ -56,22 +56,19 @@ class PipelineParameters(Li2020Parameters):
         "estimators that cannot predict: one pose for each frame",
     )
     restart_after: float = parameter(
-        0.5, unit="s", limits=(0.1, 10.0), doc="baselines: gap after which the filter restarts"
+        0.5,
+        unit="s",
+        limits=(0.1, 10.0),
+        doc="`li2020`, `joint_kf`, `dof_kf`: gap after which they restart",
     )
     restart_distance: float = parameter(
         0.3,
         unit="m",
         limits=(0.05, 2.0),
-        doc="baselines: the filter restarts if the median joint is farther from its "
-        "prediction for half a second",
+        doc="`li2020`: it restarts if the median joint is farther from its prediction for half a "
+        "second",
     )
     use_imus: bool = parameter(True, doc="whether to use the IMUs, if there are any")
-    imu_wait: float = parameter(
-        0.1,
-        unit="s",
-        limits=(0.0, 0.5),
-        doc="baselines: longest wait for an IMU sample",
-    )
     forget_after: float = parameter(
         1.0,
         unit="s",

@@ -8,8 +8,9 @@ measures the link's rotation through the mounting M, and its gyroscope measures 
 With :math:`Q = R_z(\hat\psi) R_{ws} \hat M` the residual :math:`\log(Q \hat R_l^T)` is
 :math:`\delta\theta_l - e_z\,\delta\psi - Q\,\delta m`: the link's error turns in map,
 :math:`R = \exp(\delta\theta) \hat R`, the mounting's in the link,
-:math:`M = \hat M \exp(\delta m)`. The noise n is normal about the link's axes: pelvis and trunk,
-which bend forward within themselves, differ from their IMU about the lateral one.
+:math:`M = \hat M \exp(\delta m)`. The noise n is independent about the link's axes, of the
+orientation with Student's t, of the rate normal. Pelvis and trunk, which bend forward within
+themselves, differ from their IMU about the lateral axis.
 """
 
 from typing import NamedTuple

@@ -37,7 +37,7 @@ LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
 COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
 SYSTEMATIC_STDDEV = np.radians([2.3, 2.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
-noise; as measured on captured motion (docs/imus.md)."""
+noise; as measured on captured motion (docs/accuracy/imus.md)."""
 WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return
 Z_DOWN_LEAD = 60.0  # [-] in log-likelihood, of one IMU; 23 was the largest of a sound one
 MOST_VOTE = 20.0  # [-] of an IMU's lead, for or against, in the sum of all

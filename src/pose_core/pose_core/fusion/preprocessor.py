@@ -1,6 +1,7 @@
 """First part of the pipeline: from samples to observations.
 
-The only feedback from the estimator are the delays of the trackers.
+Only two things come back from the estimator: the delays of the trackers, and whose IMU's reference
+frame is turned over.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -21,7 +22,6 @@ from pose_core.fusion.sensor_frames import SensorsInMap
 from pose_core.imu.imu_history import NO_MEASUREMENTS, ImuMeasurements
 from pose_core.imu.imu_set import ImuSet
 from pose_core.session.extrinsics import Extrinsics
-from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import Clocks, block_on_reference_clock, on_reference_clock
 from pose_core.streams.held_joints import HeldJoints
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
@@ -61,7 +61,6 @@ class Preprocessor:
         is_live: bool = False,
     ) -> None:
         kind = estimator_class(parameters.estimator)
-        self._needs_aligned_frames = kind.NEEDS_ALIGNED_FRAMES
         self._uses_imus = parameters.use_imus and kind.USES_IMUS
         self.model = model
         self.parameters = parameters
@@ -83,7 +82,7 @@ class Preprocessor:
         self._sensors = SensorsInMap(parameters.sensors, None)
         self._measurement = BodyMeasurement(model, parameters.shape_duration)
         self.frames = FrameQueue(
-            self.aligner if self._needs_aligned_frames else None, is_live=is_live
+            self.aligner if kind.NEEDS_ALIGNED_FRAMES else None, is_live=is_live
         )
         self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(counters)
 
@@ -155,7 +154,7 @@ class Preprocessor:
     def flush(self) -> Iterator[Observation]:
         """Process everything that is left, after the end of the streams."""
         self.frames.flush()
-        return self._observations(self._ready_frames(everything=True))
+        return self._observations(self._ready_frames())
 
     def imus_at(self, stamp_ns: int) -> ImuMeasurements:
         """The IMUs' states at an instant [ns]."""
@@ -204,19 +203,11 @@ class Preprocessor:
             else:
                 yield self._observation(frame, self.shape)
 
-    def _ready_frames(self, everything: bool = False) -> Iterator[AlignedFrame]:
-        """Frames whose IMU samples have arrived or are not waited for."""
-        ready = self.frames.ready
-        while ready and (everything or self._is_ready(ready[0].stamp_ns)):
+    def _ready_frames(self) -> Iterator[AlignedFrame]:
+        """Frames that no earlier one is waited for."""
+        while self.frames.ready:
             self.counters.add("frames")
-            yield ready.popleft()
-
-    def _is_ready(self, stamp_ns: int) -> bool:
-        if not (self._needs_aligned_frames and self._uses_imus):
-            return True
-        waited_ns = self.frames.newest_ns - stamp_ns
-        is_over = waited_ns > self.parameters.imu_wait * NS_PER_S
-        return is_over or self.imus.history.have_reached(stamp_ns)
+            yield self.frames.ready.popleft()
 
     def _measure(self, frame: AlignedFrame) -> None:
         self.counters.add("frames_measuring_the_body")

@@ -14,13 +14,12 @@ from pose_core.kernels.imu_rings import (
     ImuRings,
     ImuStates,
     append_samples,
-    have_reached,
     read_states,
 )
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
-ALIVE_NS = 200_000_000  # an IMU that is silent for longer is not waited for
+ALIVE_NS = 200_000_000  # [ns] an IMU whose last sample is older is silent
 LONGEST_PERIOD_NS = 1.05 * MAX_GAP_NS  # of an IMU that is used, with what a period jitters
 PERIODS = 10  # whose median is an IMU's period
 LEAST_PERIODS = 3  # before it is known
@@ -55,7 +54,6 @@ class ImuHistory:
         self.segments = self._rows.segments
         self._append_samples = type_specialised(append_samples)
         self._read = type_specialised(read_states)
-        self._have_reached = type_specialised(have_reached)
         self.gaps_ns: dict[str, int] = {}
         """Gaps of the last block that are too long to interpolate [ns]."""
         self.slow: dict[str, float] = {}
@@ -93,10 +91,6 @@ class ImuHistory:
                 period_ns = float(np.median(-np.diff(rings.stamps_ns[imu, last])))
                 rates[imu] = NS_PER_S / period_ns if period_ns > LONGEST_PERIOD_NS else 0.0
         return self._rows.named(rates)
-
-    def have_reached(self, stamp_ns: int) -> bool:
-        """Whether every IMU that still sends has a sample at or after an instant."""
-        return self._have_reached(self._rows.memory, stamp_ns, ALIVE_NS)
 
     def newest_ns(self, segment: str) -> int:
         """Stamp of the last sample of an IMU [ns]."""

@@ -14,12 +14,12 @@ class ImuUse:
     """State of use of one IMU."""
 
     segment: str
-    has_moved: bool = False  # whether its orientation has ever changed
+    has_moved: bool = False  # whether it has turned by 8° since it was first heard, or slipped
     is_aligned: bool = False
     aligned_ns: int | None = None  # [ns] stamp since which it is used
     frames: int = 0  # also those without a sample of it
     frames_used: int = 0
-    contradictions: int = 0  # times that the cameras contradicted it and it was aligned again
+    contradictions: int = 0  # times that it had slipped or did not fit, and was aligned again
     tilt_stddev: float = float("nan")  # [rad] of the mounting, about the axes across the link
     turn_stddev: float = float("nan")  # [rad] of the mounting about the link's own axis
     heading_stddev: float = float("nan")  # [rad]

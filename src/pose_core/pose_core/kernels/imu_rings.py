@@ -122,23 +122,6 @@ def read_states(rings: ImuRings, order: NDArray[np.int64], stamp_ns: int, out: I
 
 
 @compiled_in_place
-def have_reached(rings: ImuRings, stamp_ns: int, alive_ns: int) -> bool:
-    """Whether every IMU that still sends has a sample at or after an instant.
-
-    Args:
-        rings: The samples.
-        stamp_ns: The instant.
-        alive_ns: An IMU silent for longer counts as absent [ns].
-    """
-    for i in range(len(rings.newest)):
-        if rings.newest[i] >= 0:
-            newest_ns = rings.stamps_ns[i, rings.newest[i]]
-            if stamp_ns - alive_ns <= newest_ns < stamp_ns:
-                return False
-    return True
-
-
-@compiled_in_place
 def _share(rings: ImuRings, i: int, before: int, after: int, stamp_ns: int) -> float:
     """Interpolation share [-] between two samples; −1 if they are too far apart."""
     interval_ns = rings.stamps_ns[i, after] - rings.stamps_ns[i, before]
