@@ -41,7 +41,7 @@ FAR_JOINTS = [JOINT_INDEX[far] for _, far in LIMB_ENDS.values()]
 MEAN = ("position", "rotations", "slides", "velocity", "rates")
 BESIDE = (
     *("P", "delay", "delay_sums", "R_sensor_link", "heading", "offset", "offset_variance"),
-    *("nis", "silent_s", "contradicted_s", "view_apart", "foot_height"),
+    *("smoothed_nis", "silent_s", "contradicted_s", "view_apart", "foot_height"),
     *("depth_error", "depth_error_variance", "depth_error_power", "depth_noise"),
     *("waist_mean", "waist_s", "shared_offset"),
 )

@@ -13,10 +13,10 @@ from pose_core.kernels.output_blending import (
     BLEND_S,
     LARGEST_TRAVEL,
     TRAVEL_AFTER_GAP,
+    advance_clock,
+    advance_skeleton_clock,
     blend_angle,
-    elapsed_s,
     make_blending,
-    skeleton_elapsed_s,
 )
 from pose_core.kernels.published_state import PublishedState, make_dof_estimate
 
@@ -71,7 +71,7 @@ def test_the_published_pose_has_no_steps_at_the_start():
     saw = np.where(np.arange(400) // 2 % 2, np.radians(1.5), np.radians(-1.5))
     blending, position = make_blending(1), []
     for k, value in enumerate(saw):
-        dt_s = elapsed_s(blending, 10**18 + 10 * MS * k)
+        dt_s = advance_clock(blending, 10**18 + 10 * MS * k)
         blend_angle(blending, 0, dt_s, estimate(value), LIMITS)
         blending.stamp_ns[0] = 10**18 + 10 * MS * k
         position.append(blending.position[0])
@@ -87,7 +87,7 @@ def test_after_a_gap_the_published_pose_converges_without_a_step(silent_s):
     blending, position = make_blending(1), []
     for k, stamp_ns in enumerate(stamps_ns.tolist()):
         dof = estimate(0.0 if k < 10 else np.radians(80.0))
-        blend_angle(blending, 0, elapsed_s(blending, stamp_ns), dof, LIMITS)
+        blend_angle(blending, 0, advance_clock(blending, stamp_ns), dof, LIMITS)
         blending.stamp_ns[0] = stamp_ns
         position.append(blending.position[0])
     steps = np.abs(np.diff(position))
@@ -135,8 +135,8 @@ def test_who_is_seen_again_elsewhere_is_placed_there(moved_m, is_placed, has_imu
         dof.position[0] = moved_m * min(1.0, (k - 199) / frames) if is_back else 0.0
         dof.information[0] = 0.0 if is_away else 1e3
         stamp_ns = 10**18 + 10 * MS * k
-        dt_s = elapsed_s(blending, stamp_ns)
-        blend_root(skeleton_elapsed_s(blending, dof, dt_s), BLEND_S, np.eye(3), blending, dof)
+        dt_s = advance_clock(blending, stamp_ns)
+        blend_root(advance_skeleton_clock(blending, dof, dt_s), BLEND_S, np.eye(3), blending, dof)
         blending.stamp_ns[0] = stamp_ns
         rows.append((is_back, blending.position[0], blending.unseen_s[0]))
     is_back, x, unseen_s = np.array(rows).T

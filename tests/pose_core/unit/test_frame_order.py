@@ -3,7 +3,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from pose_core.streams.frame_order import SILENT_NS, FrameOrder
+from pose_core.streams.frame_order import GIVEN_UP_NS, FrameOrder
 
 MS = 1_000_000
 PERIOD_NS = 33_333_333
@@ -74,7 +74,7 @@ def test_frames_do_not_wait_for_a_silent_sensor():
     left, right = frames("left", 0, 40), frames("right", 100_000, 10)
     order = FrameOrder()
     told(order, [each for pair in zip(left[:10], right, strict=True) for each in pair])
-    gone = 11 + SILENT_NS // PERIOD_NS
+    gone = 11 + GIVEN_UP_NS // PERIOD_NS
     told(order, left[10 : gone + 1])
     assert told(order, left[gone + 1 :])[1:] == [[stamp] for _, stamp in left[gone + 2 :]]
 
@@ -114,8 +114,8 @@ def test_a_recordings_frames_do_not_wait_for_a_sensor_that_has_ended():
     told(order, late_right(20))
     left = frames("left", 0, 60)[20:]
     out = told(order, left)
-    assert sum(map(len, out[: 1 + SILENT_NS // PERIOD_NS])) >= 8
-    assert all(len(each) == 1 for each in out[2 + SILENT_NS // PERIOD_NS :])
+    assert sum(map(len, out[: 1 + GIVEN_UP_NS // PERIOD_NS])) >= 8
+    assert all(len(each) == 1 for each in out[2 + GIVEN_UP_NS // PERIOD_NS :])
 
 
 def test_live_frames_wait_for_one_period_at_most():

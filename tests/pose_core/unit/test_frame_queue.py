@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pose_core.fusion.frame_queue import LONGEST_SILENT_NS, FrameQueue
+from pose_core.fusion.frame_queue import LATEST_ALONE_NS, FrameQueue
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import SkeletonSample
 
@@ -41,5 +41,5 @@ def test_imus_give_no_frames_between_those_of_a_slow_camera(rate):
 def test_imus_give_frames_once_the_cameras_are_silent(rate):
     alone = frames_of_imus_alone(rate, until_ms=3000, camera_until_ms=2000)
     after = [stamp for stamp in alone if stamp > START_NS + 1500 * MS]
-    assert after[0] < START_NS + 2000 * MS + LONGEST_SILENT_NS + LAG_NS
+    assert after[0] < START_NS + 2000 * MS + LATEST_ALONE_NS + LAG_NS
     assert np.diff(after).max() <= 60 * MS

@@ -113,8 +113,8 @@ class ReferenceFilter:
         view = view_of(camera, state, frame)
         joints = list(camera_groups(camera, state, view))
         groups = [*joints, *posture_groups(self.constants, state)]
-        shared = robust_update(state, groups, self.constants.frame_update)
-        update_tracker_errors(self.constants.tracker_errors, state, view, joints, shared)
+        common = robust_update(state, groups, self.constants.frame_update)
+        update_tracker_errors(self.constants.tracker_errors, state, view, joints, common)
         lowest = min(view.positions[FEET, 2])
         kept = np.exp(-view.gap_s / FOOT_HEIGHT_S)
         before = np.where(np.isfinite(state.foot_height), state.foot_height, lowest)
@@ -200,7 +200,7 @@ def robust_update(
 ) -> tuple[float, float]:
     """Robust measurement update; the estimated error that the rows share, and its variance [-]."""
     H, residual = np.vstack([g.H for g in groups]), np.concatenate([g.residual for g in groups])
-    c = np.concatenate([np.broadcast_to(g.shared, len(g.residual)) for g in groups])
+    c = np.concatenate([np.broadcast_to(g.common, len(g.residual)) for g in groups])
     P = state.P
     starts = np.cumsum([0, *(len(group.residual) for group in groups)])
     rows = [slice(a, b) for a, b in pairwise(starts)]

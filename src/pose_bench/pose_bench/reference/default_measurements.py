@@ -23,7 +23,7 @@ from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_kinematics import BodyArrays
 
-LONGEST_GAP_S = 0.1  # [s]
+LONGEST_STEP_S = 0.1  # [s]
 FASTEST_LINK = 6.0  # [rad/s] above which noise is constant
 HELD_JERK = 100.0  # [rad/s³]
 SOFTNESS, STAND_OFF, LEAST_DEFINED = 0.02, 0.06, 1e-3  # [m], [m], [-]
@@ -40,7 +40,7 @@ class Group:
     noise: FloatArray  # (d, d)
     student_dof: float | None = None  # None: normal
     source: int = -1  # joint or link
-    shared: FloatArray | float = 0.0  # (d,) derivatives with respect to an error of all groups
+    common: FloatArray | float = 0.0  # (d,) derivatives with respect to an error of all groups
     weight: float = 1.0  # [-] these three by the update
     nis: float = np.nan  # [-] normalised innovation squared
     spread: FloatArray = field(default_factory=lambda: np.empty((0, 0)))  # (d, d) H P Hᵀ
@@ -126,7 +126,7 @@ def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) 
     positions = pose.position - frame.late_s * pose.velocity + levers.sum(axis=1)
     return PlainView(
         frame=frame,
-        gap_s=min(state.silent_s[frame.sensor], LONGEST_GAP_S),
+        gap_s=min(state.silent_s[frame.sensor], LONGEST_STEP_S),
         rotations=rotations,
         levers=levers,
         positions=positions,
@@ -194,7 +194,7 @@ def camera_groups(
             H=H,
             residual=seen - view.positions[joint] - shift - heading @ offset - error * ray,
             noise=noise + state.depth_noise[frame.sensor] * np.outer(ray, ray),
-            shared=np.sqrt(variance) * ray,
+            common=np.sqrt(variance) * ray,
             student_dof=constants.student_dof,
             source=joint,
         )

@@ -28,7 +28,7 @@ def update_tracker_errors(
     state: FilterState,
     view: PlainView,
     joints: list[Group],
-    shared: tuple[float, float],
+    common: tuple[float, float],
 ) -> None:
     """Update all errors with one frame.
 
@@ -36,11 +36,11 @@ def update_tracker_errors(
         constants: Constants of the filter.
         state: The state after the update with the frame; changed.
         view: The frame and its prediction.
-        joints: Its joints, with their weights; the shared error in depth is removed.
-        shared: This error and its variance, relative to the expected ones.
+        joints: Its joints, with their weights; the common error in depth is removed.
+        common: This error and its variance, relative to the expected ones.
     """
     estimate_view_noise(state, view, joints)
-    estimate_depth_errors(state, view, joints, *shared)
+    estimate_depth_errors(state, view, joints, *common)
     estimate_offsets(state, view, joints)
     estimate_view_apart(state, view, joints)
     estimate_delay(constants, state, view, joints)
@@ -70,16 +70,16 @@ def estimate_depth_errors(
     state: FilterState,
     view: PlainView,
     joints: list[Group],
-    shared: float,
-    shared_variance: float,
+    common_error: float,
+    common_variance: float,
 ) -> None:
-    """Update this view's errors along its rays; remove the shared one from the residuals."""
+    """Update this view's errors along its rays; remove the common one from the residuals."""
     sensor, gap_s = view.frame.sensor, view.gap_s
     variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
-    state.depth_error[sensor] += np.sqrt(variance) * shared
-    state.depth_error_variance[sensor] = variance * shared_variance
+    state.depth_error[sensor] += np.sqrt(variance) * common_error
+    state.depth_error_variance[sensor] = variance * common_variance
     for group in joints:
-        group.residual = group.residual - shared * group.shared
+        group.residual = group.residual - common_error * group.common
     others = np.delete(state.silent_s, sensor)
     if not joints or not np.any(others < CAMERA_TIMEOUT_S):
         return
@@ -192,13 +192,13 @@ def note_contradictions(
     sensor, gap_s = view.frame.sensor, view.gap_s
     state.silent_s[sensor] = 0.0
     share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)
-    newest = np.zeros(state.nis.shape[1])
+    newest = np.zeros(state.smoothed_nis.shape[1])
     for group in joints:
         if view.frame.tracking_state[group.source] == TrackingState.TRACKED:
             newest[group.source] = min(group.nis, SMOOTHED_NIS_CLIP)
-    state.nis[sensor] += share * (newest - state.nis[sensor])
+    state.smoothed_nis[sensor] += share * (newest - state.smoothed_nis[sensor])
     sends = state.silent_s < CAMERA_TIMEOUT_S
     most, weight = CONTRADICTED[min(int(np.sum(sends)), 2)]
-    least = state.nis[sends].min(axis=0)[constants.ends]
+    least = state.smoothed_nis[sends].min(axis=0)[constants.ends]
     passed_s = weight * np.where(least > most, gap_s, -gap_s) / len(sends)
     state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)

@@ -26,7 +26,7 @@ from pose_core.filter.restart_cause import RestartCause
 from pose_core.filter.start_frames import StartFrames
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.step import StepResult
-from pose_core.filter.tracker_errors import LONGEST_GAP_S
+from pose_core.filter.tracker_errors import LONGEST_STEP_S
 from pose_core.filter.tuning import FilterTuning
 from pose_core.finite_numbers import nan_mean
 from pose_core.imu.imu_history import ImuMeasurements
@@ -85,7 +85,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._start_frames = StartFrames(sensors)
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
-        self._nis = np.full(1, CONSISTENT_NIS)
+        self._mean_nis = np.full(1, CONSISTENT_NIS)
         self._information = self._no_information()  # of the last update with each source
 
     @property
@@ -157,7 +157,7 @@ class DefaultEstimator(StepwiseEstimator):
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")
             return None
-        update_mean_nis(self._nis, max(min(ahead_s, 1.0), 0.0), result.mean_nis)
+        update_mean_nis(self._mean_nis, max(min(ahead_s, 1.0), 0.0), result.mean_nis)
         return information
 
     def predicted(self, stamp_ns: int, imus: ImuMeasurements) -> TimedPose | None:
@@ -303,7 +303,7 @@ class DefaultEstimator(StepwiseEstimator):
         frame, swaps = self._filter.undo_swaps(measured)
         self.counters.add("sides_swapped", swaps)
         state = self._filter.state
-        passed_s = min(state.silent_s[sensor], LONGEST_GAP_S) / len(state.silent_s)
+        passed_s = min(state.silent_s[sensor], LONGEST_STEP_S) / len(state.silent_s)
         is_crossed = self._crossed.is_crossed(measured, swaps, passed_s)
         if self._facing.faces_backwards(measured, state.pose.rotations[0], passed_s):
             return frame, RestartCause.BACKWARDS
@@ -341,4 +341,4 @@ class DefaultEstimator(StepwiseEstimator):
     def _variance_scale(self, state: FilterState) -> float:
         """Factor [-] of the variances that are published."""
         by_depth = depth_variance_scale(state.depth_error_power, state.depth_noise)
-        return float(variance_scale(self._nis) * by_depth)
+        return float(variance_scale(self._mean_nis) * by_depth)

@@ -69,23 +69,23 @@ def add_depth_error(
     group = rows.filled[1] - 1
     first, noise = rows.first[group], rows.noise[group]
     ray = ray_to(predicted, camera)
-    shared = np.sqrt(state.depth_error_variance[sensor])
+    common = np.sqrt(state.depth_error_variance[sensor])
     for i in range(3):
         rows.residual[first + i] -= ray[i] * state.depth_error[sensor]
-        rows.shared[first + i] = ray[i] * shared
+        rows.common[first + i] = ray[i] * common
         for k in range(3):
             noise[i, k] += ray[i] * ray[k] * state.depth_noise[sensor]
 
 
 @compiled
 def estimate_depth_errors(update: FrameUpdate, state: FilterState) -> None:
-    """Update a view's errors with one frame, and remove the shared one from its residuals."""
+    """Update a view's errors with one frame, and remove the common one from its residuals."""
     sensor, gap_s, result = update.frame.sensor, update.gap_s, update.result
     rows, measured = update.rows, 3 * update.joints
-    rows.residual[:measured] -= result.shared * rows.shared[:measured]
+    rows.residual[:measured] -= result.common_error * rows.common[:measured]
     variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
-    state.depth_error[sensor] += np.sqrt(variance) * result.shared
-    state.depth_error_variance[sensor] = variance * result.shared_variance
+    state.depth_error[sensor] += np.sqrt(variance) * result.common_error
+    state.depth_error_variance[sensor] = variance * result.common_variance
     if measured == 0 or not another_camera_sends(state, sensor):
         return
     squared = state.depth_error[sensor] ** 2 + state.depth_error_variance[sensor]

@@ -21,6 +21,7 @@ from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import Alignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.slip_check import SlipCheck
+from pose_core.imu.z_down_vote import imus_to_turn_over
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
 
@@ -29,7 +30,7 @@ CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU 
 MISLED_STDDEV = 1.0  # [rad] of the link that such an IMU has turned
 LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
-LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
+RESTARTED_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
 RESTRAPPED_NS = 2 * NS_PER_S  # [ns] over a longer one, it may have been strapped on anew
 STRAP_WALK = np.radians(3.0)  # [rad/s] of the mounting in such a gap
 LARGEST_STRAP_WALK = np.radians(12.0)  # [rad]
@@ -39,9 +40,6 @@ SYSTEMATIC_STDDEV = np.radians([2.3, 2.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
 noise; as measured on captured motion (docs/accuracy/imus.md)."""
 WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return
-Z_DOWN_LEAD = 60.0  # [-] in log-likelihood, of one IMU; 23 was the largest of a sound one
-MOST_VOTE = 20.0  # [-] of an IMU's lead, for or against, in the sum of all
-Z_DOWN_VOTES = 40.0  # [-] the sum from which on all are of one kind
 MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean
 
 
@@ -118,8 +116,8 @@ class ImuAlignments:
                 worn.slips = imus.slips.get(worn.use.segment, 0)
             if self._has_slipped(worn, imus):
                 worn.slips = imus.slips[worn.use.segment]
-                self._forget(worn, state)
-                self._put_back(worn, state)
+                self._discard(worn, state)
+                self._undo_exchange(worn, state)
             worn.use.frames_used += worn.use.is_aligned
             if not worn.use.has_moved:
                 worn.note_orientation(imus.R_world_sensor[row])
@@ -130,11 +128,11 @@ class ImuAlignments:
                 walk = WALK_SHARE * (imus.heading_walks[worn.use.segment] - SOUND)
                 heading = state.imu_column[worn.link] + 3
                 state.P[heading, heading] += walk**2 * max(gap_ns, 0) / NS_PER_S
-            if gap_ns > RESTRAPPED_NS or (gap_ns > LONGEST_GAP_NS and not worn.knows_north):
+            if gap_ns > RESTRAPPED_NS or (gap_ns > RESTARTED_NS and not worn.knows_north):
                 if worn.use.is_aligned:
                     worn.former_alignment = _after_gap(self._alignment_of(worn, state), gap_ns)
                     worn.may_be_restrapped = gap_ns > RESTRAPPED_NS
-                self._set_aside(worn, state)
+                self._exclude(worn, state)
 
     def frame(self, imus: ImuMeasurements) -> ImuFrame:
         """Measurements of the aligned IMUs for the filter."""
@@ -165,18 +163,7 @@ class ImuAlignments:
             state: State of the filter after the update with them.
         """
         stamp_ns, imus = observation.stamp_ns, observation.imus
-        # Where the filter has exchanged sides, either the tracker or the IMUs are wrong.
-        as_measured = np.where(tracked == observation.positions, tracked, np.nan)
-        worn_on = self._imus.worn_on(imus.segments)
-        as_worn = imus if worn_on == imus.segments else replace(imus, segments=worn_on)
-        moving = self._imus.moving(imus.segments)
-        as_moving = as_worn if moving == worn_on else replace(imus, segments=moving)
-        self._exchanges.add(stamp_ns, as_measured, as_moving)
-        headings = np.full(len(imus), np.nan)  # of the aligned IMUs
-        for row, worn in self._imus.with_link(imus.segments):
-            if worn.use.is_aligned:
-                headings[row] = state.heading[worn.link]
-        self._slips.add(stamp_ns, tracked, as_worn, headings)
+        self._add_to_checks(observation, tracked, state)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
@@ -185,29 +172,50 @@ class ImuAlignments:
         for row, worn in self._imus.with_link(imus.segments):
             if worn.use.is_aligned:
                 if self._is_contradicted(worn, state):
-                    self._forget(worn, state)
-                    worn.alignment.require_better_fit()
-                    first = rotation_column(worn.link)
-                    turned = np.arange(first, first + 3)
-                    state.P[turned, turned] += MISLED_STDDEV**2
-                    self._put_back(worn, state)
-                continue
-            if stamp_ns < worn.slipping_until_ns:
+                    self._exclude_contradicted(worn, state)
+            elif stamp_ns < worn.slipping_until_ns:
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
-                continue
-            first = rotation_column(worn.link)
-            block = slice(first, first + 3)
-            worn.alignment.observe(
-                dt_s,
-                imus.R_world_sensor[row],
-                state.pose.rotations[worn.link],
-                state.P[block, block],
-                state.pose.rates[worn.link],
-            )
+            else:
+                first = rotation_column(worn.link)
+                block = slice(first, first + 3)
+                worn.alignment.observe(
+                    dt_s,
+                    imus.R_world_sensor[row],
+                    state.pose.rotations[worn.link],
+                    state.P[block, block],
+                    state.pose.rates[worn.link],
+                )
         if stamp_ns - (self._solved_ns or 0) >= SOLVE_PERIOD_NS:
             self._solved_ns = stamp_ns
             state = self._solve(stamp_ns, imus.segments, state)
         return state
+
+    def _add_to_checks(
+        self, observation: Observation, tracked: FloatArray, state: FilterState
+    ) -> None:
+        """Add one instant to the checks for exchanged IMUs and for slips."""
+        imus = observation.imus
+        # Where the filter has exchanged sides, either the tracker or the IMUs are wrong.
+        as_measured = np.where(tracked == observation.positions, tracked, np.nan)
+        worn_on = self._imus.worn_on(imus.segments)
+        as_worn = imus if worn_on == imus.segments else replace(imus, segments=worn_on)
+        moving = self._imus.moving(imus.segments)
+        as_moving = as_worn if moving == worn_on else replace(imus, segments=moving)
+        self._exchanges.add(observation.stamp_ns, as_measured, as_moving)
+        headings = np.full(len(imus), np.nan)  # of the aligned IMUs
+        for row, worn in self._imus.with_link(imus.segments):
+            if worn.use.is_aligned:
+                headings[row] = state.heading[worn.link]
+        self._slips.add(observation.stamp_ns, tracked, as_worn, headings)
+
+    def _exclude_contradicted(self, worn: WornImu, state: FilterState) -> None:
+        """Exclude an IMU that the cameras contradict: it has turned its link with it."""
+        self._discard(worn, state)
+        worn.alignment.require_better_fit()
+        first = rotation_column(worn.link)
+        turned = np.arange(first, first + 3)
+        state.P[turned, turned] += MISLED_STDDEV**2
+        self._undo_exchange(worn, state)
 
     def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
@@ -216,8 +224,8 @@ class ImuAlignments:
             if worn.worn_on in exchanged:
                 there = exchanged[worn.worn_on]
                 if worn.use.has_link:
-                    self._set_aside(worn, state)
-                self._forget_known(worn)
+                    self._exclude(worn, state)
+                self._discard_known(worn)
                 self._imus.wear(worn.use.segment, there)
         if exchanged:
             self._exchanges = ExchangeCheck()  # its sums are of the former segments
@@ -225,7 +233,7 @@ class ImuAlignments:
         slipped = self._slips.slipped
         for _, worn in self._imus.with_link(segments):
             if worn.worn_on in slipped:
-                self._forget(worn, state)
+                self._discard(worn, state)
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
             if not worn.use.is_aligned:
                 found = self._aligned(worn, state)
@@ -244,21 +252,21 @@ class ImuAlignments:
         return state
 
     def _find_z_down(self, state: FilterState) -> None:
-        """Turn IMUs over whose z axes point down: all those of one kind, or a single one."""
-        unturned = [worn for worn in self._imus if worn.use.segment not in self.z_down]
-        for worn in unturned:
+        """Turn IMUs over whose z axes point down."""
+        upright = {imu.use.segment: imu for imu in self._imus if imu.use.segment not in self.z_down}
+        for worn in upright.values():
             if not worn.use.is_aligned:
                 worn.alignment.compare_z_down()
-        votes = np.clip([w.alignment.z_down_lead for w in unturned], -MOST_VOTE, MOST_VOTE)
-        if np.sum(votes) + MOST_VOTE * len(self.z_down) < Z_DOWN_VOTES:
-            unturned = [w for w in unturned if w.alignment.z_down_lead > Z_DOWN_LEAD]
-        for worn in unturned:
+        leads = {segment: worn.alignment.z_down_lead for segment, worn in upright.items()}
+        found = imus_to_turn_over(leads, self.z_down)
+        for segment in found:
+            worn = upright[segment]
             if worn.use.is_aligned:
-                self._set_aside(worn, state)
+                self._exclude(worn, state)
             worn.alignment.turn_over()
-            self._forget_known(worn)
-        if unturned:
-            self.z_down |= {worn.use.segment for worn in unturned}
+            self._discard_known(worn)
+        if found:
+            self.z_down |= found
             self._exchanges = ExchangeCheck()  # its sums are of the former orientations
 
     def _aligned(self, worn: WornImu, state: FilterState) -> Alignment | None:
@@ -275,7 +283,7 @@ class ImuAlignments:
         anew = None if worn.former_alignment is None else worn.alignment.solve(None, north)
         if anew is not None or worn.use.does_not_fit:  # it has been strapped on anew since
             worn.use.contradictions += 1
-            self._forget_known(worn)
+            self._discard_known(worn)
         return anew
 
     @staticmethod
@@ -283,15 +291,15 @@ class ImuAlignments:
         """Whether an IMU has slipped since its last realignment."""
         return imus.slips.get(worn.use.segment, 0) > worn.slips
 
-    def _forget(self, worn: WornImu, state: FilterState) -> None:
+    def _discard(self, worn: WornImu, state: FilterState) -> None:
         """Discard an IMU's alignment after it slipped."""
         worn.use.contradictions += 1
-        worn.forget_motion()
-        self._forget_known(worn)
+        worn.require_motion()
+        self._discard_known(worn)
         state.contradicted_s[worn.link] = 0.0
-        self._set_aside(worn, state)
+        self._exclude(worn, state)
 
-    def _put_back(self, worn: WornImu, state: FilterState) -> None:
+    def _undo_exchange(self, worn: WornImu, state: FilterState) -> None:
         """Take exchanged IMUs to be on their own segments again, if both slip or contradict."""
         other = self._imus.worn_by_name(worn.worn_on)
         if other is None or other.worn_on != worn.use.segment or other is worn:
@@ -299,12 +307,12 @@ class ImuAlignments:
         if other.use.is_aligned and state.contradicted_s[other.link] < 0.5 * CONTRADICTED_S:
             return
         for each in (worn, other):
-            self._set_aside(each, state)
-            self._forget_known(each)
+            self._exclude(each, state)
+            self._discard_known(each)
             self._imus.wear(each.use.segment, each.use.segment)
         self._exchanges = ExchangeCheck()  # its sums are of the former segments
 
-    def _forget_known(self, worn: WornImu) -> None:
+    def _discard_known(self, worn: WornImu) -> None:
         """Discard what is known of an IMU's mounting before it is aligned."""
         worn.former_alignment = None
         self._sensor_to_segment.pop(worn.use.segment, None)
@@ -314,11 +322,11 @@ class ImuAlignments:
         known = self._sensor_to_segment.get(worn.use.segment)
         if known is None or known.slip is None or stamp_ns < known.slip.begin_ns:
             return
-        self._forget(worn, state)
+        self._discard(worn, state)
         self._sensor_to_segment[worn.use.segment] = known.slip.after
         worn.slipping_until_ns = known.slip.end_ns
 
-    def _set_aside(self, worn: WornImu, state: FilterState) -> None:
+    def _exclude(self, worn: WornImu, state: FilterState) -> None:
         """Exclude an IMU until it is realigned."""
         worn.use.is_aligned = False
         worn.alignment.clear()

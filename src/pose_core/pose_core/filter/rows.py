@@ -24,7 +24,7 @@ class Rows(NamedTuple):
     noise: FloatArray  # (most groups, 3, 3) covariance
     student_dof: FloatArray  # (most groups,) of Student's t; NORMAL
     source: NDArray[np.int64]  # (most groups,) joint or link that the group measures
-    shared: FloatArray  # (most rows,) derivatives with respect to an error ~ N(0, 1) of all rows
+    common: FloatArray  # (most rows,) derivatives with respect to an error ~ N(0, 1) of all rows
     filled: NDArray[np.int64]  # (2,) numbers of rows and groups in use
 
 

@@ -54,7 +54,7 @@ class FilterState(NamedTuple):
     link_residual_sums: FloatArray  # (links, 2) [rad²] see pose_core.filter.imu_noise
     offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis' heading frame
     offset_variance: FloatArray  # (sensors, joints) [m²]
-    nis: FloatArray  # (sensors, joints) smoothed normalised innovation squared [-]
+    smoothed_nis: FloatArray  # (sensors, joints) normalised innovation squared [-]
     silent_s: FloatArray  # (sensors,) [s] since each camera's last frame
     foot_height: FloatArray  # (1,) [m] of the lower foot above map's plane, as last seen
     view_apart: FloatArray  # (sensors, 3) [m] of each view's joints from the state's, on average
@@ -126,7 +126,7 @@ def start_state(
         link_residual_sums=np.tile([0.0, LINK_RESIDUALS_AT_START], (links, 1)),
         offset=np.zeros((sensors, joints, 3)),
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
-        nis=np.zeros((sensors, joints)),
+        smoothed_nis=np.zeros((sensors, joints)),
         silent_s=np.full(sensors, SILENT_AT_START_S),
         foot_height=np.full(1, np.nan),
         view_apart=np.zeros((sensors, 3)),

@@ -33,7 +33,7 @@ from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
 SMOOTHED_NIS_CLIP = 400.0  # [-] to which a joint's NIS is clipped before it is smoothed
-LONGEST_GAP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
+LONGEST_STEP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
 SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.2  # [s] of a tracker
 DELAY_GAIN = 2.2
 """[-] The state follows a late camera in part, so residuals show less than half of a delay. With
@@ -67,7 +67,7 @@ def update_tracker_errors(
 ) -> None:
     """Update offsets, delay and contradictions with one frame, in place.
 
-    The view's shared error in depth is removed from the residuals.
+    The view's common error in depth is removed from the residuals.
     """
     estimate_view_noise(update, state)
     estimate_depth_errors(update, state)
@@ -203,7 +203,7 @@ def combined_delay(
 @compiled
 def smooth_nis(constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState) -> None:
     """Update a camera's smoothed NIS of each joint; of joints that it does not track it decays."""
-    frame, smoothed = update.frame, state.nis[update.frame.sensor]
+    frame, smoothed = update.frame, state.smoothed_nis[update.frame.sensor]
     share = 1.0 - np.exp(-update.gap_s / constants.nis_memory_s)
     smoothed *= 1.0 - share
     for group in range(update.joints):
@@ -226,6 +226,6 @@ def add_contradictions(
         least = np.inf
         for sensor in range(len(state.silent_s)):
             if state.silent_s[sensor] < CAMERA_TIMEOUT_S:
-                least = min(least, state.nis[sensor, constants.ends[link]])
+                least = min(least, state.smoothed_nis[sensor, constants.ends[link]])
         change_s = passed_s if least > most else -passed_s
         state.contradicted_s[link] = max(state.contradicted_s[link] + change_s, 0.0)

@@ -65,7 +65,7 @@ class CameraNoise:
 
 @dataclass(frozen=True, kw_only=True)
 class PosturePrior:
-    """Soft constraints on the posture, in each frame's update; in the IMUs' while no camera sends."""
+    """Soft constraints on the posture, with each frame, or with the IMUs while no camera sends."""
 
     hinge_stddev: float = 0.9  # [rad] of elbows and knees, out of their plane
     twist_stddev: Mapping[str, float] = field(  # [rad] of a link about its own axis

@@ -1,8 +1,8 @@
 r"""Robust measurement update: Student's t by iteratively reweighted least squares.
 
-With a weight w for each group of rows, and an error that all rows share with the derivatives c,
+With a weight w for each group of rows, and an error common to all rows with the derivatives c,
 :math:`S = H P H^T + c\,c^T + R / w`, :math:`\delta x = P H^T S^{-1} r`,
-:math:`P \leftarrow P - P H^T S^{-1} H P`. The shared error is estimated as
+:math:`P \leftarrow P - P H^T S^{-1} H P`. The common error is estimated as
 :math:`\epsilon = c^T S^{-1} r`, with the variance :math:`1 - c^T S^{-1} c`. Each group's weight
 follows from its residual after the update,
 :math:`e = r - H\,\delta x - c\,\epsilon = R / w\,S^{-1} r`:
@@ -48,8 +48,8 @@ class UpdateResult(NamedTuple):
     weights: FloatArray  # (groups,) [-]
     nis: FloatArray  # (groups,) [-] normalised innovation squared
     HPHt: FloatArray  # (rows, rows), the upper triangle
-    shared: float  # [-] the estimated error that the rows share
-    shared_variance: float  # [-]
+    common_error: float  # [-] the estimated error that all rows have in common
+    common_variance: float  # [-]
 
 
 @compiled
@@ -61,9 +61,9 @@ def robust_update(constants: UpdateConstants, state: FilterState, rows: Rows) ->
     HP, HPHt = np.zeros((count, len(P))), np.zeros((count, count))
     add_product(H, P, HP, False)
     add_product(H, np.ascontiguousarray(HP.T), HPHt, True)
-    shared = rows.shared[:count]
+    common = rows.common[:count]
     expected = HPHt.copy()
-    add_square(shared, expected)
+    add_square(common, expected)
     S, solved = expected.copy(), np.empty(count)
     weights, nis = np.ones(groups), np.empty(groups)
     add_noise(rows, weights, S)
@@ -80,15 +80,15 @@ def robust_update(constants: UpdateConstants, state: FilterState, rows: Rows) ->
             reweight(rows, solved, least_weight, weights)
     error = np.dot(solved, HP)
     is_finite = bool(np.all(np.isfinite(error)))
-    explained = shared.copy()
+    explained = common.copy()
     solve_vector(S, explained)
     result = UpdateResult(
         is_finite,
         weights,
         nis,
         HPHt,
-        np.dot(shared, solved),
-        1.0 - np.dot(shared, explained),
+        np.dot(common, solved),
+        1.0 - np.dot(common, explained),
     )
     if not is_finite:
         return result

@@ -43,8 +43,8 @@ class WornImu:
         trace = np.einsum("ij,ij", R_world_sensor, self.R_world_first)
         self.use.has_moved |= bool(trace < 1.0 + 2.0 * MOVED)
 
-    def forget_motion(self) -> None:
-        """Require that it moves again: it may have been put down."""
+    def require_motion(self) -> None:
+        """Require that it moves again before it is aligned: it may have been put down."""
         self.use.has_moved, self.R_world_first = False, None
 
 

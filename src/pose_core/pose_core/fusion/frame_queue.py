@@ -10,10 +10,10 @@ from pose_core.streams.frame_order import FrameOrder
 from pose_core.streams.samples import SkeletonSample
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 
-SILENT_NS = NS_PER_S // 20  # least silence of the cameras after which the IMUs give frames
-STEP_NS = NS_PER_S // 50  # between frames with only IMUs
-LONGEST_SILENT_NS = 3 * NS_PER_S // 20  # the same of slow cameras, at most
-LONGEST_LAG_NS = NS_PER_S // 2  # bound of the cameras' usual lag behind the IMUs
+ALONE_NS = NS_PER_S // 20  # [ns] least silence of the cameras after which the IMUs give frames
+STEP_NS = NS_PER_S // 50  # [ns] between frames with only IMUs
+LATEST_ALONE_NS = 3 * NS_PER_S // 20  # [ns] the same of slow cameras, at most
+LONGEST_LAG_NS = NS_PER_S // 2  # [ns] bound of the cameras' usual lag behind the IMUs
 LAGS = 9  # [frames] over which lags and intervals are remembered
 
 
@@ -39,9 +39,7 @@ class CameraLag:
 
     def begins_ns(self) -> int:
         """The instant after which the IMUs give the next frame."""
-        silent_ns = min(
-            max(5 * max(self._intervals_ns, default=0) // 4, SILENT_NS), LONGEST_SILENT_NS
-        )
+        silent_ns = min(max(5 * max(self._intervals_ns, default=0) // 4, ALONE_NS), LATEST_ALONE_NS)
         return max(
             self._newest_seen_ns + self._usual_lag_ns() + silent_ns,
             self._newest_frame_ns + STEP_NS,

@@ -50,9 +50,9 @@ AXIS_LATE_S = 0.06  # [s] in addition for each unit of angular rate
 UNKNOWN_AXIS = 0.7  # [rad] beyond which an axis is not used
 SAMPLES_PER_S = 1.0 / 0.4  # [1/s] independent ones: correlation time of the cameras' errors
 MEMORY_S = 60.0  # [s] time constant of the sums
-LEAST_GAP = 4.0  # [-] required lead of the best heading in log-likelihood
-LEAST_SETTLED_GAP = 2.0  # [-] the same after ``JUDGED_S``: upright, few headings are excluded
-LEAST_SPINE_GAP = 1.0  # [-] the same of pelvis and trunk: who stays upright turns only about z
+LEAST_LEAD = 4.0  # [-] required lead of the best heading in log-likelihood
+LEAST_LATER_LEAD = 2.0  # [-] the same after ``JUDGED_S``: upright, few headings are excluded
+LEAST_SPINE_LEAD = 1.0  # [-] the same of pelvis and trunk: who stays upright turns only about z
 MOST_HEADING_STDDEV = 0.31  # [rad]
 MOST_SPINE_HEADING_STDDEV = 0.45  # [rad] of these after ``JUDGED_S``: the mounting takes it up
 MOST_TILT_STDDEV = 0.26  # [rad] about the axes across the link
@@ -72,7 +72,7 @@ class Alignment:
     heading: float  # [rad] of the IMU's reference frame in map
     R_sensor_link: FloatArray  # (3, 3)
     covariance: FloatArray  # (4, 4) [rad²] of the mounting in the link's axes, and the heading
-    gap: float  # [-] lead in log-likelihood over the next different solution
+    lead: float  # [-] lead in log-likelihood over the next different solution
 
 
 class SegmentAlignment:
@@ -171,15 +171,15 @@ class SegmentAlignment:
         is_trusted = mounting is not None and not is_doubtful
         most_misfit = self._most_misfit * (KNOWN_MISFIT if is_trusted else 1.0)
         fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= most_misfit
-        is_settled = bool(self._total[1] > 3.0 * JUDGED_S)
-        self.does_not_fit = bool(not fits and is_settled)
-        least_gap, most_heading = LEAST_GAP, MOST_HEADING_STDDEV
-        if is_settled:
-            least_gap = LEAST_SETTLED_GAP
+        is_long_seen = bool(self._total[1] > 3.0 * JUDGED_S)
+        self.does_not_fit = bool(not fits and is_long_seen)
+        least_lead, most_heading = LEAST_LEAD, MOST_HEADING_STDDEV
+        if is_long_seen:
+            least_lead = LEAST_LATER_LEAD
             if self._bend_variance > 0.0:
-                least_gap, most_heading = LEAST_SPINE_GAP, MOST_SPINE_HEADING_STDDEV
+                least_lead, most_heading = LEAST_SPINE_LEAD, MOST_SPINE_HEADING_STDDEV
         is_sure = fits and (
-            found.gap > least_gap
+            found.lead > least_lead
             and stddev[3] < most_heading
             and max(stddev[0], stddev[1]) < MOST_TILT_STDDEV
         )
@@ -250,7 +250,7 @@ def best_alignment(sums: FloatArray, north: float | None) -> Alignment:
         heading=float(_wrapped(heading)),
         R_sensor_link=M,
         covariance=_covariance(sums, heading, M, NORTH_STDDEV if near_north else PRIOR_STDDEV),
-        gap=float(SAMPLES_PER_S * (fit(np.array([heading]))[0] - J[apart].max())),
+        lead=float(SAMPLES_PER_S * (fit(np.array([heading]))[0] - J[apart].max())),
     )
 
 
@@ -270,7 +270,7 @@ def best_heading(sums: FloatArray, mounting: SensorToSegment) -> Alignment:
         heading=float(np.arctan2(sine, cosine)),
         R_sensor_link=M,
         covariance=covariance,
-        gap=2.0 * SAMPLES_PER_S * size,
+        lead=2.0 * SAMPLES_PER_S * size,
     )
 
 

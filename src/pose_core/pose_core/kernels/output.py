@@ -17,14 +17,14 @@ from pose_core.kernels.output_blending import (
     CARRIED_SPEED,
     FLIGHT_M,
     FLIGHT_S,
-    LONGEST_GAP_S,
+    REST_AFTER_S,
     UNSEEN_SPEED,
     Blending,
+    advance_clock,
+    advance_skeleton_clock,
     blend_angle,
     decay,
     doubt_sweeping_joints,
-    elapsed_s,
-    skeleton_elapsed_s,
 )
 from pose_core.kernels.published_state import DofEstimate, PublishedState, make_dof_estimate
 from pose_core.kernels.rotations import logarithm, product_transposed, rotate_left
@@ -93,9 +93,9 @@ def output_states(
         rotate_into_hinge_planes(rotations, body.hinges)
         extract_pose(body.model, rotations, state, blending.position, dof)
         share_out(dof.information, output.weight_kinect[n], output.weight_imu[n], output.source[n])
-        dt_s = elapsed_s(blending, int(stamps_ns[n]))
+        dt_s = advance_clock(blending, int(stamps_ns[n]))
         root_blend_s = max(BLEND_S, BLEND_OF_PREDICTION * state.ahead_s[0])
-        skeleton_dt_s = skeleton_elapsed_s(blending, dof, dt_s)
+        skeleton_dt_s = advance_skeleton_clock(blending, dof, dt_s)
         blend(
             body,
             dt_s,
@@ -142,8 +142,8 @@ def blend(
 
     Args:
         body: The body.
-        dt_s: See :func:`elapsed_s`.
-        root_dt_s: See :func:`skeleton_elapsed_s`.
+        dt_s: See :func:`advance_clock`.
+        root_dt_s: See :func:`advance_skeleton_clock`.
         root_blend_s: 1/k of the root's position [s].
         R_map_root: The root's rotation, (3, 3).
         blending: The last output; updated.
@@ -165,7 +165,7 @@ def add_unseen_motion(body: OutputBody, unseen_s: float, dof: DofEstimate) -> No
     """Add to the root's variances how far it may have moved since cameras have last seen it."""
     is_carried = np.all(dof.information[1, body.legs] > 0.0)
     speed = CARRIED_SPEED if is_carried else UNSEEN_SPEED
-    walked = speed * max(unseen_s - LONGEST_GAP_S, 0.0)
+    walked = speed * max(unseen_s - REST_AFTER_S, 0.0)
     for axis in range(2):
         dof.blended[axis] += walked**2
     if is_carried:
@@ -219,7 +219,7 @@ def blend_joints(
 
     Args:
         model: The body model.
-        dt_s: See :func:`elapsed_s`.
+        dt_s: See :func:`advance_clock`.
         state: The filter's state.
         blending: The last output; its joints are updated.
         joints: Filled, (joints, 3) [m] in map.

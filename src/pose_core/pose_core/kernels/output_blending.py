@@ -39,7 +39,7 @@ UNKNOWN_BEYOND = np.radians(15.0)  # [rad] outside its limits, from which on an 
 UNKNOWN_APART = np.radians(45.0)  # [rad] between published and filter's angle, likewise
 UNKNOWN_GROWTH = np.radians(30.0)  # [rad/s] of an unknown angle's standard deviation
 LARGEST_UNKNOWN = np.radians(90.0)  # [rad] up to which it grows
-LONGEST_GAP_S = 0.5  # [s] after a longer silence the output continues from rest
+REST_AFTER_S = 0.5  # [s] after a longer silence the output continues from rest
 AFTER_GAP_S = 0.01  # [s] taken as elapsed in that case
 SLOW_S = 2.0  # [s] at the start and after a silence, differences are reduced slowly
 MOVED_M = 0.3  # [m] by which a person has moved who is seen again elsewhere
@@ -82,12 +82,12 @@ def make_blending(size: int) -> Blending:
 
 
 @compiled_in_place
-def elapsed_s(blending: Blending, stamp_ns: int) -> float:
+def advance_clock(blending: Blending, stamp_ns: int) -> float:
     """Time since the last output [s]; 0 if this is the first. After a silence it is at rest."""
     dt_s = (stamp_ns - blending.stamp_ns[0]) * 1e-9
     if blending.stamp_ns[0] == 0 or dt_s <= 0.0:
         return 0.0
-    if dt_s <= LONGEST_GAP_S:
+    if dt_s <= REST_AFTER_S:
         blending.slow_s[0] = max(blending.slow_s[0] - dt_s, 0.0)
         return dt_s
     blending.slow_s[0] = SLOW_S
@@ -98,7 +98,7 @@ def elapsed_s(blending: Blending, stamp_ns: int) -> float:
 
 
 @compiled_in_place
-def skeleton_elapsed_s(blending: Blending, dof: DofEstimate, dt_s: float) -> float:
+def advance_skeleton_clock(blending: Blending, dof: DofEstimate, dt_s: float) -> float:
     """Time [s] since the last output of root and joints; 0 if they are placed anew.
 
     They are where the cameras see the person again, far from the last output. The filter may need
@@ -107,12 +107,12 @@ def skeleton_elapsed_s(blending: Blending, dof: DofEstimate, dt_s: float) -> flo
     Args:
         blending: The last output; the times since and after the person was unseen are updated.
         dof: The filter's estimate.
-        dt_s: See :func:`elapsed_s`.
+        dt_s: See :func:`advance_clock`.
     """
     if dof.information[0, 0] <= 0.0:
         blending.unseen_s[0] += dt_s
         return dt_s
-    if blending.unseen_s[0] > LONGEST_GAP_S:
+    if blending.unseen_s[0] > REST_AFTER_S:
         blending.returning_s[0] = RETURNING_S
     blending.unseen_s[0] = 0.0
     if blending.returning_s[0] <= 0.0:
@@ -153,7 +153,7 @@ def blend_angle(
     Args:
         blending: The angle and its rate are updated.
         at: Index of the degree of freedom.
-        dt_s: See :func:`elapsed_s`.
+        dt_s: See :func:`advance_clock`.
         dof: The filter's estimate; what blending adds to the variance is filled in.
         limits: Lower and upper limit, (2,) [rad].
     """

@@ -17,7 +17,7 @@ from pose_core.stamps import JUMP_BACK_NS, newest_of
 T = TypeVar("T")
 
 REMEMBERED = 9  # [frames] over which the median period is taken
-SILENT_NS = 200_000_000  # [ns] overdue, from which on no frame is waited for
+GIVEN_UP_NS = 200_000_000  # [ns] overdue, from which on no frame is waited for
 LEAST_JITTER_NS = 500_000  # [ns] lower bound of the jitter that is allowed for
 LARGEST_JITTER_NS = 5_000_000  # [ns] upper bound of the jitter that is allowed for
 JITTERS = 3.0  # [-] allowed jitter, in median deviations
@@ -48,7 +48,7 @@ class FramePeriod:
 
     def is_silent_at(self, stamp_ns: int) -> bool:
         """Whether no frame is waited for any more, once others have this stamp."""
-        return stamp_ns - self.newest_ns > self.period_ns + SILENT_NS
+        return stamp_ns - self.newest_ns > self.period_ns + GIVEN_UP_NS
 
 
 class FrameOrder(Generic[T]):
