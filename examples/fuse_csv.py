@@ -1,23 +1,22 @@
 """Fuses a recording of two Kinects into joint angles, without ROS.
 
-usage: python fuse_csv.py RECORDING [PLOT.png]
-
-RECORDING is a CSV of skeletons (src/kinect_bridge/README.md has its columns) or a bag.
+The first start compiles the estimator for this machine, which takes a minute or two.
 """
 
+import argparse
 import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from pose_calibration.session_calibration import calibrate
-from pose_core.api import fuse
+from pose_core.api import PoseError, fuse
 from pose_io.samples import read_samples
 
 ANGLE = "left_knee_flexion"
 
 
-def main(recording: str, plot: str = "angles.png") -> None:
+def main(recording: str, plot: str) -> None:
     """Calibrate from the motion, fuse, print and plot one angle with its standard deviation."""
     recorded = read_samples(recording)
     extrinsics = calibrate(recorded.samples, recorded.sensors).extrinsics
@@ -34,4 +33,11 @@ def main(recording: str, plot: str = "angles.png") -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("recording", help="a bag, or skeletons: src/kinect_bridge/README.md")
+    parser.add_argument("plot", nargs="?", default="angles.png", help="(default: angles.png)")
+    arguments = parser.parse_args()
+    try:
+        main(arguments.recording, arguments.plot)
+    except PoseError as error:
+        sys.exit(str(error))

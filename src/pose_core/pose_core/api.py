@@ -107,6 +107,7 @@ from pose_core.streams.series import (
 )
 from pose_core.streams.stamp_check import StampCheck
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_core.streams.tracked_joints import TrackedJoints
 from pose_core.transforms import best_rigid_transform, inverse, rigid_transform, transformed
 
 Skeleton = SkeletonSample
@@ -175,6 +176,7 @@ __all__ = [
     "StampCheck",
     "StepwiseEstimator",
     "TimeAligner",
+    "TrackedJoints",
     "TrackingState",
     "angle_columns",
     "anatomical",

@@ -18,6 +18,8 @@ LEAST_OVERLAP_S = 1.0  # [s]
 LEAST_SHARE = 0.5  # [-] smallest overlap, relative to the shorter recording
 APART_S = 0.5  # [s] smallest distance of the next best shift from the best
 WEAK = 0.5  # [-] smallest accepted correlation
+DOUBTFUL = 0.7  # [-] correlation below which another instant must not fit nearly as well
+DOUBTFUL_LEAD = 0.05  # [-]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +30,12 @@ class ReferenceAlignment:
     shares_clock: bool  # whether both already have the same clock
     correlation: float  # [-] of all angles together at this shift; NaN if the clock is shared
     next_best: float  # [-] the highest one at least 0.5 s away; NaN if there is none
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether the reference fits only weakly, and elsewhere nearly as well."""
+        is_weak = not self.shares_clock and self.correlation < DOUBTFUL
+        return is_weak and self.next_best > self.correlation - DOUBTFUL_LEAD
 
 
 def align_reference(

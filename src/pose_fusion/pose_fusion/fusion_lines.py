@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from pose_core.api import BodyShape, PeoplePipeline
+from pose_core.api import BodyShape, PeoplePipeline, Pipeline
 from pose_core.stamps import NS_PER_S
 
 FAULTS = {
@@ -28,6 +28,7 @@ def closing_lines(pipeline: PeoplePipeline, unread: Iterable[str]) -> Iterator[s
     yield from repeated_lines(pipeline)
     yield from fault_lines(subject.counters.as_dict())
     yield from body_lines(subject.shape)
+    yield from missing_lines(subject)
     yield from delay_lines(pipeline)
     yield from (f"IMU {name}: not used, use_imus is false: set it to true" for name in unread)
     yield from (f"IMU {use}" for use in subject.imu_uses)
@@ -64,6 +65,16 @@ def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
     for name, line in FAULTS.items():
         if counts.get(name, 0):
             yield line.format(counts[name])
+
+
+def missing_lines(subject: Pipeline) -> Iterator[str]:
+    """Which joints no camera tracked, though others of their kind were measured."""
+    assumed = () if subject.shape is None else subject.shape.assumed
+    if missing := [name for name in subject.tracked_joints.missing if name not in assumed]:
+        yield (
+            f"joints that no camera tracks: {', '.join(missing)}: the angles there are guesses, "
+            "with large standard deviations"
+        )
 
 
 def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:

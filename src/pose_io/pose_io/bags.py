@@ -190,15 +190,19 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
     """
     path = Path(path)
     if not path.exists():
-        raise InputError(f"found no bag at {path}: expected a rosbag2 folder or an .mcap file")
+        raise InputError(
+            f"found no bag at {path}: there is no such file or folder (a bag is a rosbag2 folder, "
+            "an .mcap or a .db3 file; a recording of skeletons will do, too)"
+        )
     if _may_be_recording(path):
         return _open_recording(path)
     if path.is_dir() and not (path / "metadata.yaml").exists():
         files = [*path.glob("*.mcap"), *path.glob("*.db3")]
         if len(files) != 1:
             raise InputError(
-                f"{path} is not a bag: it has neither metadata.yaml nor one .mcap or .db3 file "
-                f"but {len(files)}; 'ros2 bag reindex' makes the metadata.yaml of a split one"
+                f"{path} is no bag, and holds no recordings of skeletons: it has neither "
+                f"metadata.yaml nor one .mcap or .db3 file but {len(files)} (of a bag in several "
+                "files, 'ros2 bag reindex' makes the metadata.yaml)"
             )
         path = files[0]  # its recording was interrupted
     return _open(path, path, typestore)
@@ -234,7 +238,7 @@ def _may_be_recording(path: Path) -> bool:
 def _open_recording(path: Path) -> BagReader:
     """Open a recording of skeletons, converted to the bag that the bridges would have recorded."""
     # Imported here: the readers take long to load, and bags do not need them.
-    from pose_io.recording_bag import write_recording_bag
+    from pose_io.recording_bag import renaming_lines, write_recording_bag
     from pose_io.recordings.formats import detect_format, read_recording
     from pose_io.recordings.timeline import make_timeline, order_lines
 
@@ -253,8 +257,10 @@ def _open_recording(path: Path) -> BagReader:
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise
+    names = [stream.name for stream in recording.streams]
     bag.remarks = [
-        line for one in recording.streams for line in order_lines(one, make_timeline(one))
+        *renaming_lines(names),
+        *(line for one in recording.streams for line in order_lines(one, make_timeline(one))),
     ]
     return bag
 

@@ -53,6 +53,15 @@ def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
     return (*USUAL_NAMES[: len(names)], *numbered)
 
 
+def renaming_lines(names: Sequence[str]) -> list[str]:
+    """A line about the sensors whose names are not those of the recording, if there are any."""
+    ours = sensor_names(names)
+    if ours == tuple(names):
+        return []
+    pairs = (f"{our} is {name or 'without a name'}" for our, name in zip(ours, names, strict=True))
+    return [f"sensors, in the file's order: {', '.join(pairs)}"]
+
+
 def _messages(stream: SensorStream, name: str, shift_ns: int, make: MessageMaker) -> Any:
     """Stamp [ns], topic and message of each frame, in order of time."""
     topic, frame_id = f"/{skeletons_topic(name)}", sensor_frame(name)

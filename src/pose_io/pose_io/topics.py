@@ -29,10 +29,14 @@ def imu_topics(bag: "BagReader") -> dict[str, str]:
 
 
 def misnamed_imu_topics(bag: "BagReader") -> list[str]:
-    """Topics of IMUs whose names tell no segment, but for those in cameras."""
-    used = imu_topics(bag).values()
+    """Topics of IMUs whose names tell no segment, but for those in cameras.
+
+    Nor are the raw data of an IMU whose orientations are there, too.
+    """
+    used = set(imu_topics(bag).values())
+    known = used | {f"{topic}_raw" for topic in used}
     topics = sorted(bag.topics_of_type(IMU))
-    return [each for each in topics if each not in used and not IN_CAMERA.search(each)]
+    return [each for each in topics if each not in known and not IN_CAMERA.search(each)]
 
 
 def unused_sensors(

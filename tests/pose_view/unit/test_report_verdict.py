@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pose_core.api import ANGLES
+from pose_core.api import ANGLES, JOINTS, SkeletonSeries, TrackingState
 from pose_evaluation.agreement import Agreement, MethodStability, ViewAgreement
 from pose_evaluation.table import Table, number_row
 from pose_view.report.page.page import verdict
@@ -31,10 +31,19 @@ STEADY = MethodStability(
 )
 
 
+def view_without(joint=None):
+    """Skeletons of one camera, which never tracks a joint."""
+    state = np.full((900, len(JOINTS)), TrackingState.TRACKED, np.uint8)
+    if joint is not None:
+        state[:, JOINTS.index(joint)] = TrackingState.NOT_TRACKED
+    positions = np.zeros((900, len(JOINTS), 3))
+    return SkeletonSeries(stamps_ns=np.arange(900), positions=positions, tracking_state=state)
+
+
 class Analysis:
     """What the verdict reads of one."""
 
-    def __init__(self, *views, stability=STEADY, segments=("pelvis",), placed=True):
+    def __init__(self, *views, stability=STEADY, segments=("pelvis",), placed=True, lacks=None):
         self.compared = None
         self.agreement = Agreement(views=views, stability={})
         self.stability = {"default": stability}
@@ -44,7 +53,7 @@ class Analysis:
             begin_ns=0,
             duration_s=30.0,
             comment="",
-            views=dict.fromkeys(sensors),
+            views=dict.fromkeys(sensors, view_without(lacks)),
             segments=segments,
             T_map_sensor=dict.fromkeys(sensors, np.eye(4)) if placed else {},
             methods={},
@@ -68,6 +77,7 @@ def test_the_summary_has_accuracy_agreement_and_a_recommendation():
         (Analysis(replace(VIEW, calibrated_cm=12.0)), "Calibrate again"),
         (Analysis(VIEW, stability=replace(STEADY, longest_gap_s=4.0)), "Keep the whole person"),
         (Analysis(replace(VIEW, calibrated_cm=11.0, best_rigid_cm=10.0)), "Look at the cameras"),
+        (Analysis(VIEW, lacks="left_knee"), "Let a camera see left knee: none tracks it"),
         (Analysis(VIEW, segments=()), "Nothing has to be done; worn IMUs"),
         (Analysis(), "Nothing has to be done."),
     ],

@@ -17,6 +17,7 @@ from pose_core.fusion.estimator_runner import EstimatorMaker
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.fusion.sample_check import check_samples
 from pose_core.imu.sensor_to_segment import SensorsToSegments
+from pose_core.kernels.compiling import announce_compilation
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
 from pose_core.streams.recording_order import in_order
@@ -46,6 +47,7 @@ def fuse(
     Warns:
         UserWarning: If frames were left out, since their sensor repeats one frame.
     """
+    announce_compilation()
     samples = list(samples)
     check_samples(samples, extrinsics, None if parameters is None else parameters.sensors)
     samples = _without_repeated_frames(samples)

@@ -76,6 +76,7 @@ class Pipeline:
         self._preprocessor = Preprocessor(self.model, parameters, self.counters, is_live=is_live)
         self.imus, self.aligner = self._preprocessor.imus, self._preprocessor.aligner
         self.held_joints = self._preprocessor.held_joints
+        self.tracked_joints = self._preprocessor.tracked_joints
         self._is_live = is_live
         self._grid: OutputGrid | None = None
         if has_output_rate(parameters):

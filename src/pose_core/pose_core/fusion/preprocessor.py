@@ -26,6 +26,7 @@ from pose_core.streams.clocks import Clocks, block_on_reference_clock, on_refere
 from pose_core.streams.held_joints import HeldJoints
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_core.streams.tracked_joints import TrackedJoints
 
 COUNTERS = (
     "skeletons",
@@ -79,6 +80,7 @@ class Preprocessor:
         )
         self.imus = ImuSet()
         self.held_joints = HeldJoints()
+        self.tracked_joints = TrackedJoints()
         self._sensors = SensorsInMap(parameters.sensors, None)
         self._measurement = BodyMeasurement(model, parameters.shape_duration)
         self.frames = FrameQueue(
@@ -127,6 +129,7 @@ class Preprocessor:
             self.counters.add("skeletons_before_extrinsics")
             self._waiting.add(sample)
             return
+        self.tracked_joints.add(sample.tracking_state)
         sample = self.held_joints.checked(sample)
         self.counters.add("joints_held", len(self.held_joints.held[sample.sensor]))
         yield from self._observations(self._frames_of(sample))

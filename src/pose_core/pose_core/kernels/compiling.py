@@ -21,6 +21,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 PACKAGE = Path(__file__).parents[1]
 MARK = b"@compiled"  # what a file with kernels holds
+LARGEST = "step.update_with_frame"  # the kernel that takes longest to compile
 FOLDER_VARIABLE = "NUMBA_CACHE_DIR"  # numba's own variable; it has precedence
 
 
@@ -124,7 +125,7 @@ def type_specialised(kernel: F) -> F:
 
 def announce_compilation() -> None:
     """Log one line before the first start, which compiles and takes longer than later ones."""
-    if not any(COMPILED_FOLDER.rglob("*.nbi")):
+    if not any(COMPILED_FOLDER.rglob(f"{LARGEST}-*.nbi")):
         logging.getLogger("pose_core").warning(
             "first start: compiling the estimator for this machine, which takes a minute or two "
             "(kept in %s)",

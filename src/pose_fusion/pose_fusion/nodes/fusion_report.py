@@ -6,7 +6,7 @@ import numpy as np
 
 from pose_core.api import IMUS, PeoplePipeline
 from pose_fusion.sample_reader import SampleReader
-from pose_fusion.watching.cameras import MISSED_CHECKS, UNDECIDED
+from pose_fusion.watching.cameras import MISSED_CHECKS, NO_IMUS, UNDECIDED
 from pose_node.node_status import Level, Report
 
 APART_M = 0.15  # [m] of the cameras' views of the subject; late trackers cause a part of it
@@ -118,6 +118,8 @@ class FusionReporter:
                 return f"the subject is out of view; in view: {', '.join(others)}"
             if self._pipeline.is_undecided:
                 return UNDECIDED
+            if self._pipeline.parameters.estimator == "imu" and not self._pipeline.imu_samples:
+                return f"{NO_IMUS}: the estimator imu needs them (imu_<segment>/data)"
             return "no skeletons: the sensors see nobody, or are silent"
         idle = [use.segment for use in self._pipeline.subject.imu_uses if use.reason]
         if not (self._is_tracking and idle):
@@ -207,6 +209,7 @@ class FusionReporter:
         pipeline, subject = self._pipeline, self._pipeline.subject
         uses = subject.imu_uses
         return {
+            "subject": pipeline.parameters.subject,
             "estimator": pipeline.parameters.estimator,
             "sensors": ", ".join(pipeline.parameters.sensors),
             "latency_s": f"{self.latency_s:.4f}",

@@ -133,11 +133,13 @@ def main(given: list[str]) -> None:
     with open_bag(arguments.in_bag) as bag:
         sensors = choose_sensors(bag, arguments.sensors)
         session = calibrate_bag(bag, sensors, parameters)
+        remarks = bag.remarks
     save_extrinsics(arguments.output, session.extrinsics)
     console = Console(soft_wrap=True)
     console.print(agreement_table(session))
     extrinsics = session.extrinsics
     lines = (
+        *remarks,
         session.people_line,
         *map(str, session.moved),
         *tracker_lines(extrinsics),

@@ -10,7 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
-from pose_core.errors import InputError
+from pose_core.errors import InputError, writing
 from pose_core.stamps import NS_PER_S
 from pose_fusion.launched_graph import GraphError
 from pose_fusion.recording.growing_bag import free_path
@@ -62,7 +62,8 @@ def run() -> None:
     console = Console(highlight=False, soft_wrap=True)
     recording = None if options.recording is None else inspect_recording(options.recording)
     folder = _output_folder(options)
-    folder.mkdir(parents=True)
+    with writing(folder):
+        folder.mkdir(parents=True)
     try:
         use_own_domain(console)
         ready_estimator(console)

@@ -222,6 +222,11 @@ def _reason_for_no_pose(pipeline: PeoplePipeline) -> str:
             "holds no IMU's orientations (imu_<segment>/data), which the estimator imu needs: "
             "use default"
         )
+    if pipeline.subject.counters["frames"] == 0 and pipeline.skeletons:
+        return (
+            f"gave no pose ({pipeline.status}): --person is first, nearest, imus, or the id by "
+            "which a sensor knows the person"
+        )
     return (
         f"gave no pose in {pipeline.subject.counters['frames']} frames ({pipeline.status}): the "
         f"sensors must see the whole person for {parameters.shape_duration:g} s"

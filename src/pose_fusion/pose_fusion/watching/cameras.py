@@ -7,6 +7,7 @@ from pose_core.api import RepeatedFrames, SkeletonSample
 
 MISSED_CHECKS = 2  # [checks] in a row without the subject, after which a camera is named
 ELSEWHERE = "it shows nobody at the subject's position: check its pose, units and joints"
+NO_IMUS = "no IMUs"
 UNDECIDED = "it is not decided yet who is in view"
 SILENT = "it is silent: check its node and its cable"
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
+from pose_fusion.watching.cameras import NO_IMUS
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
 from pose_fusion.watching.stages import STAGE
 from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
@@ -127,15 +128,21 @@ def _extrinsics(snapshot: GraphSnapshot) -> Iterator[Finding]:
 
 def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
     outputs = [
-        (topic, topic.name[: match.start()])
+        (topic, topic.name[: match.start()], match["body"])
         for topic in snapshot.topics
         if (match := BODY_TOPIC.search(topic.name)) and match["leaf"] == "joint_states"
     ]
-    for topic, namespace in outputs:
+    for topic, namespace, body in outputs:
         if topic.rate == 0.0:
-            said = [s.message for s in snapshot.statuses if s.name == f"{namespace}/fusion"]
+            said = [
+                status.message
+                for status in snapshot.statuses
+                if status.name.startswith(f"{namespace}/fusion")
+                and status.values.get("subject", body) == body
+            ]
             why = f"the fusion says: {said[0]}" if said else "look at the fusion's output"
-            yield wrong(topic.name, "silent", why)
+            find = note if said and said[0].startswith(NO_IMUS) else wrong
+            yield find(topic.name, "silent", why)
         else:
             yield ok(topic.name, f"{topic.rate:.1f} Hz")
     if snapshot.fusion_latency_s is not None:

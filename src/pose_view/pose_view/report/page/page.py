@@ -7,6 +7,7 @@ from datetime import datetime, timezone
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from pose_core.api import TrackedJoints
 from pose_core.finite_numbers import mean_known
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.agreement import ViewAgreement
@@ -86,7 +87,13 @@ def _how_near(analysis: Analysis, view: ViewAgreement | None) -> str:
 
 
 def _what_to_do(analysis: Analysis, view: ViewAgreement | None) -> str:
-    recording = analysis.recording
+    recording, compared = analysis.recording, analysis.compared
+    if compared is not None and compared.alignment.is_doubtful:
+        return (
+            f"Check the reference {compared.reference.name}: it fits the recording weakly "
+            f"(r = {number(compared.alignment.correlation, 2)}), and at other instants as well; it "
+            "may show another motion."
+        )
     if recording.sensors and not recording.T_map_sensor:
         return "Calibrate (./pose calibrate): where the cameras stand is not known."
     if view is not None and view.calibrated_cm > max(
@@ -104,11 +111,35 @@ def _what_to_do(analysis: Analysis, view: ViewAgreement | None) -> str:
         )
     if view is not None and view.best_rigid_cm > FAIRLY_CM:
         return "Look at the cameras: one sees the person half hidden, from behind, or not at all."
+    if missing := _missing_joints(analysis):
+        return f"Let a camera see {missing}: none tracks it, so the angles there are guesses."
+    if nearer := _nearer_than_focus(analysis):
+        return (
+            f"{nearer} is nearer to the reference than {method_label(recording.focus)}: look at "
+            "the mean errors, which differ where joints are defined differently."
+        )
     if not recording.sensors:
         return f"To compare the views, record or keep the {RAW} beside the fused pose."
     if not recording.segments:
         return "Nothing has to be done; worn IMUs would improve the angles most."
     return "Nothing has to be done."
+
+
+def _missing_joints(analysis: Analysis) -> str:
+    """Joints that no camera tracks, as text."""
+    tracked = TrackedJoints()
+    for view in analysis.recording.views.values():
+        tracked.add(view.tracking_state)
+    return ", ".join(name.replace("_", " ") for name in tracked.missing)
+
+
+def _nearer_than_focus(analysis: Analysis) -> str:
+    """The method with the smallest error to the reference, if that is another than the focus."""
+    compared, focus = analysis.compared, analysis.recording.focus
+    if compared is None or focus in compared.left_out:
+        return ""
+    best = min(compared.evaluation.methods, key=lambda method: method.mean_rmse_deg)
+    return "" if best.name == focus else method_label(best.name)
 
 
 def render_page(analysis: Analysis, joint: str) -> str:

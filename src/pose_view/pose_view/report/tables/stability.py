@@ -56,8 +56,8 @@ def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
         head="method",
         columns=("median", "99 %", "longest"),
         rows=[number_row(method_label(name), values, 0) for name, values in latencies_ms.items()],
-        note="fused: measured by the live node, including computation. All others were run on the "
-        "recording: time waiting for samples, without computation.",
+        note="fused, of a live recording: as measured by the node, including computation. Of a bag "
+        "of ./pose fuse, and of all others: time waiting for samples, without computation.",
     )
 
 
