@@ -35,12 +35,12 @@ LEAST_EXPLAINED = 0.5  # [-] share of the inclination's variance that the IMU mu
 OWN_REACH_S = 0.2  # [s] half width of the search for each limb's shift about the common one
 LAG_FLOOR_S = 0.012  # [s] scatter of the lags of limbs that are measured well
 UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: such limbs are measured late
-LEAST_LIMBS = 3  # [-] in all views together, since one may be measured badly
+LEAST_LIMBS = 3  # [-] in all views together, unless the shift is very clear: one may be wrong
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag between motions
 FINE = 3  # [-] half width of the parabola's fit, in steps of the grid
 EVERY_NS = 19_000_000  # [ns] smallest interval between stored samples
 EACH_REACH_S = 0.4  # [s] half width of the search for a single IMU's delay about the common one
-EACH_DECISIVE = 30.0  # [-] as DECISIVE, for a single IMU
+EACH_DECISIVE = 30.0  # [-] as DECISIVE, for a single IMU, or fewer limbs
 MOST_STDDEV_S = 0.03  # [s] of a single IMU's delay, above which its motion does not determine it
 LEAST_LATE = 0.7  # [-] quantile: share of the limbs' weight that is later than the result
 QUANTILE_LOSS = 1.32  # [-] standard error of that quantile over that of a mean
@@ -134,11 +134,15 @@ def measure_imu_delay(
         The delay [s]; its standard deviation is infinite if the motion does not determine it.
     """
     limbs, shifts = _limbs(views, verticals, reach_s, centre_s)
-    best = _best(_cost(limbs), shifts)
+    cost = _cost(limbs)
+    best = _best(cost, shifts)
     if best is None:
         return UNKNOWN_DELAY
     found = [one for limb in limbs if (one := _own_shift(limb, shifts, best)) is not None]
-    return _combined(np.array(found)) if len(found) >= LEAST_LIMBS else UNKNOWN_DELAY
+    few_suffice = bool(found) and _best(cost, shifts, EACH_DECISIVE) is not None
+    if len(found) < LEAST_LIMBS and not few_suffice:
+        return UNKNOWN_DELAY
+    return _combined(np.array(found))
 
 
 def measure_each_delay(
