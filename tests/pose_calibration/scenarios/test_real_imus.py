@@ -1,4 +1,4 @@
-"""One Azure Kinect and a real IMU with a clock of its own (HPI-CH/sevivi); where is undocumented."""
+"""One Azure Kinect and a real IMU with a clock of its own (HPI-CH/sevivi); its place is unknown."""
 
 import importlib.util
 from pathlib import Path
