@@ -273,7 +273,7 @@ def _frames_and_blocks(
         for each in frames
         if not isinstance(each, ImuBlock) and each and not repeated.is_frozen(each[0].sensor, each)
     ]
-    return frames_kept, [each for each in frames if isinstance(each, ImuBlock)]
+    return frames_kept, [each for each in frames if isinstance(each, ImuBlock) and len(each)]
 
 
 def _candidates(

@@ -172,9 +172,9 @@ class ErrorStateFilter:
             return None
         interval_s, before = self._before
         count = len(ages_s)
-        published = self._make_published(
-            (count,), np.repeat(information[None], count, axis=0), np.full((count, 1), scale)
-        )
+        repeated = np.empty((count, *information.shape))
+        repeated[:] = information
+        published = self._make_published((count,), repeated, np.full((count, 1), scale))
         shares = np.minimum(np.maximum(1.0 - ages_s / interval_s, 0.0), 1.0)
         self._interpolate_published(
             self._constants, before, self.state, interval_s, shares, published

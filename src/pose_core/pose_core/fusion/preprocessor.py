@@ -43,6 +43,9 @@ COUNTERS = (
 )
 
 
+TRACKED_JOINTS_EVERY = 5  # [-] skeletons, of which one suffices to know what cameras track
+
+
 class Preprocessor:
     """Transforms the sensors' samples to ``map``, orders them and measures the body.
 
@@ -129,7 +132,8 @@ class Preprocessor:
             self.counters.add("skeletons_before_extrinsics")
             self._waiting.add(sample)
             return
-        self.tracked_joints.add(sample.tracking_state)
+        if self.counters["skeletons"] % TRACKED_JOINTS_EVERY == 0:
+            self.tracked_joints.add(sample.tracking_state)
         sample = self.held_joints.checked(sample)
         self.counters.add("joints_held", len(self.held_joints.held[sample.sensor]))
         yield from self._observations(self._frames_of(sample))

@@ -127,12 +127,14 @@ class EstimateWriter:
             self._append(urdf_topic(body_id), to_string(urdf), stamp_ns)
         latencies_s = (block.newest_ns - block.stamps_ns) / NS_PER_S
         to_bytes = self._bytes[body_id]
-        rows = list(to_bytes.write(block, latencies_s))
+        topics = [
+            (topic, to_bytes.types[topic], data.tobytes(), data.shape[1])
+            for topic, data in to_bytes.write(block, latencies_s)
+        ]
         for index, stamp_ns in enumerate(block.stamps_ns.tolist()):
-            for topic, data in rows:
-                self._writer.write_serialized(
-                    topic, to_bytes.types[topic], data[index].tobytes(), stamp_ns
-                )
+            for topic, msgtype, data, size in topics:
+                message = data[index * size : (index + 1) * size]
+                self._writer.write_serialized(topic, msgtype, message, stamp_ns)
 
     @property
     def unseen(self) -> str:
