@@ -35,6 +35,7 @@ from pose_core.api import (
     RepeatedFrames,
     SkeletonSample,
     TimeAligner,
+    TrackingState,
     block_of,
     joined,
     on_reference_clock,
@@ -317,7 +318,18 @@ def _sorted(
             raise CalibrationError(
                 f"found no skeletons of '{name}', expected some from each of {', '.join(sensors)}"
             )
+        if not any(map(_shows_a_body, ones)):
+            raise CalibrationError(
+                f"no skeleton of '{name}' shows anybody: all its joints are untracked, not a "
+                "number, or at one place"
+            )
     return by_sensor, memory
+
+
+def _shows_a_body(sample: SkeletonSample) -> bool:
+    known = sample.positions[sample.tracking_state != int(TrackingState.NOT_TRACKED)]
+    known = known[np.isfinite(known).all(axis=1)]
+    return len(known) > 1 and bool(np.ptp(known, axis=0).any())
 
 
 def _aligned(by_sensor: BySensor, clocks: Clocks) -> list[AlignedFrame]:

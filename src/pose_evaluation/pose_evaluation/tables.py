@@ -119,8 +119,16 @@ def view_tables(agreement: Agreement) -> list[Table]:
     return [distance, *(_difference_table(view) for view in agreement.views)]
 
 
+RIGID = ("li2020", "zhang2015")
+"""Methods whose bones keep their lengths."""
+
+
 def stability_table(stability: Mapping[str, MethodStability]) -> Table:
     """Frames, gaps, bones and jerk of every method."""
+    rigid = " and ".join(name for name in RIGID if name in stability)
+    note = "The default estimator lets shoulders, hips, knees and feet slide."
+    if rigid:
+        note = f"The bones of {rigid} are constant by construction. {note}"
     return table_of(
         "Stability of each method",
         "method",
@@ -133,8 +141,7 @@ def stability_table(stability: Mapping[str, MethodStability]) -> Table:
             "bone CV [%]": lambda each: number(each.mean_bone_cv_percent, 1),
             "RMS jerk [m/s³]": lambda each: number(each.mean_jerk, 0),
         },
-        "The bones of li2020 and zhang2015 are constant by construction; the default lets "
-        "shoulders, hips, knees and feet slide.",
+        note,
     )
 
 

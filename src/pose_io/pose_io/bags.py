@@ -200,7 +200,7 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
         files = [*path.glob("*.mcap"), *path.glob("*.db3")]
         if len(files) != 1:
             raise InputError(
-                f"{path} is no bag, and holds no recordings of skeletons: it has neither "
+                f"{path} is not a bag, and holds no recordings of skeletons: it has neither "
                 f"metadata.yaml nor one .mcap or .db3 file but {len(files)} (of a bag in several "
                 "files, 'ros2 bag reindex' makes the metadata.yaml)"
             )

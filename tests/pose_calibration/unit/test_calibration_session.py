@@ -53,6 +53,16 @@ def test_a_sensor_without_skeletons_is_named():
         calibrate(some, ["left", "right"])
 
 
+@pytest.mark.parametrize("positions", [np.full((15, 3), np.nan), np.zeros((15, 3))])
+def test_a_sensor_that_shows_nobody_is_named(positions):
+    some = [
+        replace(one, positions=positions) if one.sensor == "right" else one
+        for one in samples(duration_s=4.0)
+    ]
+    with pytest.raises(CalibrationError, match="no skeleton of 'right' shows anybody"):
+        calibrate(some, ["left", "right"])
+
+
 def test_samples_of_other_sensors_are_left_out():
     session = calibrate(samples(duration_s=10.0), ["right"])
     assert session.extrinsics.sensors == ("right",)
