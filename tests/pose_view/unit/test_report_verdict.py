@@ -1,12 +1,14 @@
 """The three sentences at the top of the report, the legend, and what is left out."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pose_core.api import ANGLES, JOINTS, SkeletonSeries, TrackingState
 from pose_evaluation.agreement import Agreement, MethodStability, ViewAgreement
+from pose_evaluation.reference_alignment import ReferenceAlignment
 from pose_evaluation.table import Table, number_row
 from pose_view.report.page.page import verdict
 from pose_view.report.page.sections import Section, without_empty
@@ -62,6 +64,27 @@ class Analysis:
         )
 
 
+def with_reference(correlation, next_best, **errors_deg):
+    """An analysis with a reference, from which each method has this error."""
+    methods = [
+        SimpleNamespace(name=name, mean_rmse_deg=error) for name, error in errors_deg.items()
+    ]
+    analysis = Analysis(VIEW)
+    analysis.compared = SimpleNamespace(
+        alignment=ReferenceAlignment(
+            begins_at_s=0.0, shares_clock=False, correlation=correlation, next_best=next_best
+        ),
+        reference=SimpleNamespace(name="Vicon"),
+        evaluation=SimpleNamespace(
+            angle_count=12,
+            methods=methods,
+            method=lambda name: next(each for each in methods if each.name == name),
+        ),
+        left_out=(),
+    )
+    return analysis
+
+
 def test_the_summary_has_accuracy_agreement_and_a_recommendation():
     good, near, to_do = verdict(Analysis(VIEW))
 
@@ -111,3 +134,15 @@ def test_an_empty_table_is_left_out():
     (left,) = without_empty(parts)
 
     assert left.blocks == tables[2:]
+
+
+@pytest.mark.parametrize(
+    ("analysis", "advice"),
+    [
+        (with_reference(0.51, 0.50, default=60.0), "Check the reference Vicon"),
+        (with_reference(0.95, 0.93, default=5.0, left=4.0), "left is nearer to the reference"),
+        (with_reference(0.95, 0.93, default=5.0, left=7.0), "Nothing has to be done."),
+    ],
+)
+def test_a_reference_that_fits_badly_or_is_nearer_to_others_is_said(analysis, advice):
+    assert verdict(analysis)[2].startswith(advice)

@@ -224,7 +224,7 @@ def _reason_for_no_pose(pipeline: PeoplePipeline) -> str:
             "holds no IMU's orientations (imu_<segment>/data), which the estimator imu needs: "
             "use default"
         )
-    if pipeline.subject.counters["frames"] == 0 and pipeline.skeletons:
+    if pipeline.status.startswith("nobody is chosen"):
         return (
             f"gave no pose ({pipeline.status}): --person is first, nearest, imus, or the id by "
             "which a sensor knows the person"
