@@ -12,6 +12,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -123,6 +124,7 @@ def type_specialised(kernel: F) -> F:
     return cast(F, call)
 
 
+@cache
 def announce_compilation() -> None:
     """Log one line before the first start, which compiles and takes longer than later ones."""
     if not any(COMPILED_FOLDER.rglob(f"{LARGEST}-*.nbi")):
