@@ -204,6 +204,25 @@ def test_the_reason_of_a_silent_output_is_said_by_the_fusion_of_its_own_namespac
     assert found.remedy == "the fusion says: said in /b/fusion"
 
 
+def test_a_body_that_rests_on_imus_is_not_wrong_without_any():
+    (fusion,) = [status for status in HEALTHY.statuses if status.name == "/fusion"]
+    alone = replace(
+        fusion,
+        name="/fusion_imu",
+        message="no IMUs: the estimator imu needs them",
+        values={"subject": "subject_imu"},
+    )
+    output = next(each for each in HEALTHY.topics if each.name.endswith("/joint_states"))
+    name = "/humans/bodies/subject_imu/joint_states"
+    graph = replace(
+        HEALTHY,
+        topics=(*HEALTHY.topics, replace(output, name=name, rate=0.0)),
+        statuses=(replace(fusion, values={"subject": "subject"}), alone),
+    )
+    (found,) = [each for each in graph_findings(graph) if each.subject == name]
+    assert found.verdict is Verdict.NOTE
+
+
 # -- the page -----------------------------------------------------------------------------------
 
 

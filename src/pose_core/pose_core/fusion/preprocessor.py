@@ -43,7 +43,7 @@ COUNTERS = (
 )
 
 
-TRACKED_JOINTS_EVERY = 5  # [-] skeletons, of which one suffices to know what cameras track
+TRACKED_JOINTS_EVERY = 7  # [-] skeletons, of which one is counted; up to six cameras take turns
 
 
 class Preprocessor:

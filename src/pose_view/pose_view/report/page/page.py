@@ -138,8 +138,9 @@ def _nearer_than_focus(analysis: Analysis) -> str:
     compared, focus = analysis.compared, analysis.recording.focus
     if compared is None or focus in compared.left_out:
         return ""
-    best = min(compared.evaluation.methods, key=lambda method: method.mean_rmse_deg)
-    return "" if best.name == focus else method_label(best.name)
+    known = [each for each in compared.evaluation.methods if math.isfinite(each.mean_rmse_deg)]
+    best = min(known, key=lambda method: method.mean_rmse_deg, default=None)
+    return "" if best is None or best.name == focus else method_label(best.name)
 
 
 def render_page(analysis: Analysis, joint: str) -> str:
