@@ -77,7 +77,9 @@ def find_extrinsics(
     else:
         known = recorded_extrinsics(bag, sensors)
         if known is None:
-            console.print("extrinsics: none in the bag, estimating them from its motion")
+            one = len(sensors) == 1
+            what = "the camera's tilt and height" if one else "them"
+            console.print(f"extrinsics: none in the bag, estimating {what} from its motion")
             session = calibrate_people(BagFrames(bag, imus=imus), sensors)
             lines = (session.people_line, *extrinsics_lines(session.extrinsics, MOTION))
             for line in filter(None, (*lines, *map(str, session.moved))):

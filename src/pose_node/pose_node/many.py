@@ -126,14 +126,14 @@ def run_many(
         for recording in recordings
     ]
     outcomes = []
-    console = Console(stderr=True)
-    with Progress(console=console) as progress:
-        task = progress.add_task(f"{len(jobs)} recordings", total=len(jobs))
+    title = f"{len(jobs)} recording{'s' if len(jobs) > 1 else ''}"
+    with Progress(console=Console(stderr=True)) as progress:
+        task = progress.add_task(title, total=len(jobs))
         for outcome in run_jobs(jobs, arguments.jobs, arguments.dask):
             outcomes.append(outcome)
-            if outcome.state == "failed":
-                console.print(f"{outcome.job.recording}: {outcome.message}", markup=False)
-            progress.advance(task)
+            failed = sum(each.state == "failed" for each in outcomes)
+            shown = f"{title}, {failed} failed" if failed else title
+            progress.update(task, advance=1, description=shown)
     remove_leftovers(jobs)
     plain_console().print(summary(outcomes))
     return int(any(outcome.state == "failed" for outcome in outcomes))

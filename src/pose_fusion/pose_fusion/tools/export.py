@@ -9,7 +9,7 @@ from rich.progress import TimeRemainingColumn
 
 from pose_core.api import load_body_model
 from pose_core.atomic_file import write_atomically
-from pose_core.errors import InputError
+from pose_core.errors import InputError, writing
 from pose_io.bags import open_bag
 from pose_io.export.exporter import ExportOptions
 from pose_io.export.motion import BodyMotion, read_motion
@@ -84,11 +84,11 @@ def summary(
         lines.append(f"{gaps} frames lie in gaps of the recording: {what}")
     if exporter.unknown_angles and written.is_unknown.any():
         lines.append(f"{unknown_line(written)}: {exporter.unknown_angles}")
-    residual = recorded.rigid_residual
-    if exporter.rigid_bones and residual > NOTABLE_RESIDUAL:
+    usual, largest = recorded.rigid_residuals
+    if exporter.rigid_bones and largest > NOTABLE_RESIDUAL:
         lines.append(
             f"{arguments.to.upper()} has the angles on rigid bones: joints differ from the "
-            f"recorded ones by up to {1000.0 * residual:.0f} mm"
+            f"recorded ones by {1000.0 * usual:.0f} mm in median, at most {1000.0 * largest:.0f} mm"
         )
     return lines
 
@@ -112,8 +112,10 @@ def run() -> int | None:
     status = run_many(arguments.bag, arguments.output, arguments, f".{arguments.to}")
     if status is not None:
         return status
-    if not arguments.output.parent.is_dir() or arguments.output.is_dir():
-        raise InputError(f"cannot write {arguments.output}: expected a file in an existing folder")
+    if arguments.output.is_dir():
+        raise InputError(f"cannot write {arguments.output}: it is a folder, name a file")
+    with writing(arguments.output):
+        arguments.output.parent.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
     with open_bag(arguments.bag) as bag, progress_bar(console, TimeRemainingColumn()) as progress:
         model = load_body_model(arguments.body_model) if arguments.body_model else None

@@ -78,10 +78,11 @@ class BodyMotion:
         return NS_PER_S / float(np.mean(steps_ns[usual] if usual.any() else steps_ns))
 
     @property
-    def rigid_residual(self) -> float:
-        """Largest distance [m] between a joint and its position in the rigid body; 0 if none."""
+    def rigid_residuals(self) -> tuple[float, float]:
+        """Median and largest distance [m] between a joint and its position in the rigid body."""
         distance = np.linalg.norm(self.pose.positions - self.joints, axis=2)
-        return float(np.nanmax(distance, initial=0.0))
+        known = distance[np.isfinite(distance)]
+        return (float(np.median(known)), float(known.max())) if len(known) else (0.0, 0.0)
 
     def _neighbours(self, stamps_ns: IntArray) -> IntArray:
         """The recorded instants before and after others, shape (2, n)."""

@@ -42,7 +42,9 @@ def read_clip(path: Path) -> Clip:
             positions = data["positions"][:, order].astype(float)
             quaternions = data["rotations"].astype(float)
             segments = [str(name) for name in data["segments"]]
-    except (OSError, KeyError, ValueError) as error:
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (KeyError, ValueError) as error:
         raise InputError(
             f"{path} is not a clip of captured motion ({error}): expected an .npz with joints, "
             "positions, segments and rotations"

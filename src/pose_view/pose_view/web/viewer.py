@@ -47,6 +47,16 @@ def legend_html() -> str:
     )
 
 
+def _absent_texts(places: list[BodyPanel], recorded: Recorded | None) -> dict[str, str]:
+    """What the title of each body says as long as it has no data, by id."""
+    if recorded is None:
+        return {place.body: "nothing yet" for place in places}
+    missing = "not recorded" if recorded.imus else "no IMUs recorded"
+    return {
+        place.body: "no pose yet" if place.body in recorded.bodies else missing for place in places
+    }
+
+
 def _dot(color: tuple, size: float = 0.85) -> str:
     r, g, b = (int(c) for c in color)
     return (
@@ -73,12 +83,7 @@ class Viewer:
     ) -> None:
         self.server = LocalServer(parameters.host, parameters.port, "Pose fusion")
         self.places = [place_of(body) for body in parameters.bodies]
-        is_recorded = (lambda _: True) if recorded is None else recorded.bodies.__contains__
-        absent = {
-            place.body: "nothing yet" if is_recorded(place.body) else "not recorded"
-            for place in self.places
-        }
-        self.stage = Stage(self.server, self.places, absent)
+        self.stage = Stage(self.server, self.places, _absent_texts(self.places, recorded))
         gui = self.server.gui
         gui.configure_theme(show_logo=False, show_share_button=False)
         gui.main_panel.dock_left()
