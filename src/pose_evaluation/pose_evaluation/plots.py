@@ -99,7 +99,7 @@ def errors_figure(evaluation: Evaluation) -> Figure:
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(ncols=len(names), frameon=False, fontsize=10, loc="upper left")
     axes.set_ylim(top=1.12 * axes.get_ylim()[1])
-    subject = ", synthetic subject" if evaluation.synthetic else ""
+    subject = ", simulated sensors" if evaluation.synthetic else ""
     axes.set_title(
         f"Joint angle error against {evaluation.reference}{subject}", fontsize=12, loc="left"
     )

@@ -76,7 +76,7 @@ def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Tabl
 
     angles = {name: [method.angles[name] for method in methods] for name in ANGLES}
     means = [(m.mean_rmse_deg, m.mean_absolute_bias_deg, m.mean_r) for m in methods]
-    subject = "synthetic subject, " if evaluation.synthetic else ""
+    subject = "simulated sensors, " if evaluation.synthetic else ""
     figures = "RMSE [deg], bias [deg] (mean: of sizes)" if with_bias else "RMSE [deg]"
     summary = summary_rows(methods)
     return Table(
@@ -221,7 +221,7 @@ def _difference_table(view: ViewAgreement) -> Table:
 
 
 def _csv(reference: str, synthetic: bool, rows: Iterable[CsvRow]) -> str:
-    reference += ", synthetic subject" if synthetic else ""
+    reference += ", simulated sensors" if synthetic else ""
     head = ("reference", "method", "quantity", "of", "value", "unit")
     return csv_text(head, ((reference, *row) for row in rows))
 

@@ -43,10 +43,10 @@ def rows(text):
 
 
 def test_the_table_says_that_the_subject_is_synthetic(evaluation):
-    assert "synthetic subject" in " ".join(shown(evaluation_table(evaluation)).split())
-    assert "synthetic subject" in evaluation_table(evaluation, with_bias=True).markdown()
+    assert "simulated sensors" in " ".join(shown(evaluation_table(evaluation)).split())
+    assert "simulated sensors" in evaluation_table(evaluation, with_bias=True).markdown()
     assert {row["reference"] for row in rows(evaluation_csv(evaluation))} == {
-        "the truth, synthetic subject"
+        "the truth, simulated sensors"
     }
 
 

@@ -75,7 +75,7 @@ def test_the_error_plot_says_synthetic_and_has_a_bar_for_each_angle_and_the_mean
     truth = reference_of_skeleton("the truth", motion(), synthetic=True)
     evaluation = evaluate({"left": motion(rate=30.0)}, truth)
     (axes,) = errors_figure(evaluation).axes
-    assert "synthetic subject" in axes.get_title(loc="left")
+    assert "simulated sensors" in axes.get_title(loc="left")
     assert len(axes.patches) == len(ANGLES) + 1
     assert axes.get_ylabel() == "RMSE [deg]"
 

@@ -57,7 +57,7 @@ def test_a_synthetic_run_succeeds_and_leaves_no_process(synthetic):
 def test_a_synthetic_run_says_that_it_is_synthetic(synthetic):
     process, folder, _ = synthetic
     assert "Synthetic subject" in process.output
-    assert "synthetic subject" in (folder / "evaluation.md").read_text()
+    assert "simulated sensors" in (folder / "evaluation.md").read_text()
 
 
 def test_every_method_is_compared_with_the_truth_in_every_angle(synthetic):

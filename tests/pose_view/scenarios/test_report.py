@@ -94,7 +94,7 @@ def test_every_link_inside_the_page_has_a_target(page):
 
 
 def test_the_page_states_that_the_subject_is_synthetic(page):
-    assert "Synthetic subject." in page
+    assert "Simulated sensors." in page
     assert "synthetic: no person, made for a test" in page
 
 
@@ -155,7 +155,7 @@ def test_every_file_states_that_the_subject_is_synthetic(made):
     for path in paths:
         said = {row.get("subject") or row.get("reference") for row in rows(path)}
         assert said
-        assert all("synthetic" in text for text in said), path.name
+        assert all("simulated" in text for text in said), path.name
 
 
 def test_fused_bones_are_rigid_and_raw_ones_are_not(made):
@@ -213,7 +213,7 @@ def test_without_a_reference_methods_are_compared_with_one_another(
     assert "Difference of the methods" in text
     assert "Bland" not in text
     assert not (folder / "evaluation.csv").exists()
-    assert "Synthetic subject." in text  # the bag itself says so
+    assert "Simulated sensors." in text  # the bag itself says so
 
 
 def test_a_method_that_there_is_not_is_refused_in_one_line(session, tmp_path, monkeypatch, capsys):

@@ -123,7 +123,7 @@ def test_a_sources_comment_cannot_break_the_page(tmp_path):
     page = render_page(analyse(read(path, "left"), None), "left_hand")
     assert "<script" not in page
     assert "Path of the left hand" in page
-    assert "Synthetic subject" not in page
+    assert "Simulated sensors" not in page
 
 
 def test_the_same_recording_gives_the_same_drawings(two):

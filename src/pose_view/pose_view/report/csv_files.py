@@ -72,5 +72,5 @@ def _cycles(analysis: Analysis) -> str:
 
 def _text(analysis: Analysis, head: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
     """Format a table; every line states whether the subject is simulated."""
-    subject = "synthetic" if analysis.is_synthetic else "recorded"
+    subject = "simulated" if analysis.is_synthetic else "recorded"
     return csv_text(("subject", *head), ((subject, *row) for row in rows))
