@@ -13,6 +13,7 @@ FAULTS = {
     "contradicted it, {} times: see where a tracker exchanges them",
 }
 """Lines by the counter of a fault."""
+NOTABLE_SWAPS = 0.1  # [-] share of frames with exchanged sides from which on they are named
 UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
 
 
@@ -65,6 +66,12 @@ def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
     for name, line in FAULTS.items():
         if counts.get(name, 0):
             yield line.format(counts[name])
+    if counts.get("sides_swapped", 0) > NOTABLE_SWAPS * counts["frames"]:
+        yield (
+            f"a tracker exchanged left and right in {counts['sides_swapped']} of "
+            f"{counts['frames']} frames, which were put right: turn off its mirroring, or see "
+            "that it sees the person's front"
+        )
 
 
 def missing_lines(subject: Pipeline) -> Iterator[str]:

@@ -17,6 +17,7 @@ from pose_core.finite_numbers import are_known, nan_mean
 from pose_core.joints import JOINTS, OTHER_SIDE
 
 LATERAL = [index for index, other in enumerate(OTHER_SIDE) if other != index]
+ALL = list(range(len(JOINTS)))
 MIDDLE = [index for index, other in enumerate(OTHER_SIDE) if other == index]
 FLIPPED_BELOW = 0.6  # [-] largest ratio of the distances with swapped and with original sides
 FLIPPED_ABOVE_M = 0.08  # [m] below this distance with original sides nothing is swapped
@@ -46,8 +47,8 @@ def find_flips(view: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
 def fit_pair(target: FloatArray, source: FloatArray) -> tuple[RobustFit, NDArray[np.bool_]]:
     """Fit one view to another, with left and right swapped where that agrees better.
 
-    Two initial fits are tried, from all joints and from the midline, which has no sides; the one
-    that ends with the smaller median distance is returned.
+    Three initial fits are tried: from all joints, from the midline, which has no sides, and with
+    all sides swapped. The one that ends with the smallest median distance is returned.
 
     Args:
         target: Joints [m] in the target's frame, (n, 15, 3), NaN where unknown.
@@ -61,16 +62,17 @@ def fit_pair(target: FloatArray, source: FloatArray) -> tuple[RobustFit, NDArray
     """
     best: tuple[RobustFit, NDArray[np.bool_]] | None = None
     failure: CalibrationError | None = None
-    for joints in (list(range(len(JOINTS))), MIDDLE):
+    for joints, swapped in ((ALL, False), (MIDDLE, False), (ALL, True)):
         try:
-            found = _fit_from(target, source, joints)
+            found = _fit_from(target, source, joints, np.full(len(source), swapped))
         except CalibrationError as error:
             failure = failure or error
             continue
         if best is None or found[0].median < 0.9 * best[0].median:
             best = found
-        if not best[1].any() and np.mean(best[0].weights > 0.0) > 0.9:
-            break  # nothing swapped, hardly an outlier: the other initial fit cannot be better
+        is_close = best[0].median < FLIPPED_ABOVE_M and np.mean(best[0].weights > 0.0) > 0.9
+        if is_close and not best[1].any():
+            break  # nothing swapped, hardly an outlier: no other initial fit can be better
     if best is None:
         raise failure or CalibrationError("found no matched joints")
     return best
@@ -113,15 +115,14 @@ def spanning_transforms(
 
 
 def _fit_from(
-    target: FloatArray, source: FloatArray, joints: list[int]
+    target: FloatArray, source: FloatArray, joints: list[int], flipped: NDArray[np.bool_]
 ) -> tuple[RobustFit, NDArray[np.bool_]]:
-    flipped = np.zeros(len(source), bool)
-    fit = _robust_fit(target[:, joints], source[:, joints])
+    fit = _robust_fit(target[:, joints], exchanged(source, flipped)[:, joints])
     for _ in range(ROUNDS):
         now = find_flips(target, transformed(fit.T_target_source, source))
-        if len(joints) == len(JOINTS) and (now == flipped).all():
+        if joints is ALL and (now == flipped).all():
             break
-        flipped, joints = now, list(range(len(JOINTS)))
+        flipped, joints = now, ALL
         fit = _robust_fit(target, exchanged(source, flipped))
     return fit, flipped
 
