@@ -50,7 +50,7 @@ def random_steps(count: int, seed: int) -> Iterator[Checks]:
     scene = Scene(load_body_model("default"), FRAMES)
     constants, state = aligned_filter(scene, CAMERAS, IMUS)
     fresh = state.copy()
-    information = np.zeros((2, len(state.heading), 3, 3))
+    information = np.zeros((2, len(state.imus.heading), 3, 3))
     checks, now = Checks(), 0
     for step in range(count):
         now = int(rng.integers(FRAMES)) if rng.random() < MOVES else (now + 1) % FRAMES

@@ -174,7 +174,7 @@ def aligned_filter(scene: Scene, sensors: int, imus: int) -> tuple[FilterConstan
 def filter_steps(scene: Scene, sensors: int, imus: int) -> Step:
     """The default estimator's filter: a prediction, the IMUs, each camera's frame."""
     constants, state = aligned_filter(scene, sensors, imus)
-    information = np.zeros((2, len(state.heading), 3, 3))
+    information = np.zeros((2, len(state.imus.heading), 3, 3))
     seen = [(scene.imus(frame, imus), scene.frames(frame, sensors)) for frame in range(scene.size)]
 
     def step(frame: int) -> None:

@@ -38,14 +38,6 @@ LAYOUT = make_layout(LINKS, len(TREE.sliding_links))
 CAMERAS = np.array([[3.0, 0.5, 1.2], [0.5, 3.0, 1.2]])
 WORN = (0, 1, 3, 4, 5, 6, 7, 8, 9)
 FAR_JOINTS = [JOINT_INDEX[far] for _, far in LIMB_ENDS.values()]
-MEAN = ("position", "rotations", "slides", "velocity", "rates")
-BESIDE = (
-    *("P", "delay", "delay_sums", "R_sensor_link", "heading", "offset", "offset_variance"),
-    *("smoothed_nis", "silent_s", "contradicted_s", "view_apart", "foot_height"),
-    *("depth_error", "depth_error_variance", "depth_error_power", "depth_noise"),
-    *("waist_mean", "waist_s", "shared_offset"),
-)
-
 
 def test_a_link_shares_its_parents_acceleration():
     """Accelerations a = own + carried times the parent's: (I - C) a = own."""
@@ -77,7 +69,7 @@ def random_state(rng, sensors=2, imus=(), dof=None):
     pose = pose_of(dof)
     slide_variance = CONSTANTS.motion.slide_variance
     state = start_state(LAYOUT, sensors, FilterTuning(), slide_variance, dof[:3], pose.rotations)
-    state.delay[:] = CONSTANTS.tracker_errors.known_delay_s
+    state.views.delay[:] = CONSTANTS.tracker_errors.known_delay_s
     for link in imus:
         mounting = Rotation.random(random_state=rng).as_matrix()
         covariance = np.diag([0.1, 0.1, 0.2, 0.1]) ** 2
@@ -90,9 +82,9 @@ def imus_of(rng, state, rotations, links, noise=0.05):
     """Samples of IMUs on links with these rotations."""
     R = np.empty((len(links), 3, 3))
     for row, link in enumerate(links):
-        heading = Rotation.from_euler("z", state.heading[link]).as_matrix()
+        heading = Rotation.from_euler("z", state.imus.heading[link]).as_matrix()
         turned = Rotation.from_rotvec(rng.normal(0.0, noise, 3)).as_matrix()
-        R[row] = heading.T @ turned @ rotations[link] @ state.R_sensor_link[link].T
+        R[row] = heading.T @ turned @ rotations[link] @ state.imus.R_sensor_link[link].T
     age_s, rate_stddev = rng.choice([0.0, 0.02], len(links)), rng.choice([0.0, 0.2], len(links))
     rates = rng.normal(0.0, 1.0, (len(links), 3))
     return ImuFrame(np.array(links, np.int64), R, rates, age_s, rate_stddev)
@@ -113,14 +105,17 @@ def frame_of_nothing():
     return CameraFrame(0, np.full((15, 3), np.nan), np.zeros(15, np.uint8), CAMERAS[0].copy(), 0.0)
 
 
+def arrays_of(state):
+    """All arrays of a state, by name."""
+    groups = {name: getattr(state, name)._asdict() for name in ("pose", "views", "imus", "shared")}
+    named = {f"{group}.{name}": a for group, of in groups.items() for name, a in of.items()}
+    return {"P": state.P, "foot_height": state.foot_height, **named}
+
+
 def assert_equal_states(fast, plain):
-    for name in MEAN:
-        np.testing.assert_allclose(
-            getattr(fast.pose, name), getattr(plain.pose, name), rtol=0.0, atol=1e-9, err_msg=name
-        )
-    for name in BESIDE:
-        actual, expected = getattr(fast, name), getattr(plain, name)
-        np.testing.assert_allclose(actual, expected, rtol=1e-9, atol=1e-9, err_msg=name)
+    expected = arrays_of(plain)
+    for name, actual in arrays_of(fast).items():
+        np.testing.assert_allclose(actual, expected[name], rtol=1e-9, atol=1e-9, err_msg=name)
 
 
 @pytest.mark.parametrize("sensors", [1, 2])
@@ -154,10 +149,8 @@ def published(state, dt_s, earlier=NO_IMUS, imus=NO_IMUS):
     out = PublishedState(*map(np.zeros, [*shapes, (2, LINKS, 3, 3), (1,), (1,)]))
     unchanged = state.copy()
     predict_published(CONSTANTS, state, dt_s, earlier, imus, out)
-    for one, other in zip(
-        (*state.pose, *state[2:]), (*unchanged.pose, *unchanged[2:]), strict=True
-    ):
-        np.testing.assert_array_equal(one, other)
+    for name, before in arrays_of(unchanged).items():
+        np.testing.assert_array_equal(arrays_of(state)[name], before)
     return out
 
 
@@ -190,7 +183,7 @@ def test_between_two_frames_a_link_turns_as_its_imu_does():
     later = imus_of(rng, state, pose_of(dof + 0.05).rotations, WORN)
     now, ahead = published(state, 0.0, before, before), published(state, dt_s, before, later)
     for row, link in enumerate(WORN):
-        R_z = Rotation.from_rotvec([0.0, 0.0, state.heading[link]]).as_matrix()
+        R_z = Rotation.from_rotvec([0.0, 0.0, state.imus.heading[link]]).as_matrix()
         change = R_z @ later.R_world_sensor[row] @ later.angular_velocity[row]
         change -= R_z @ before.R_world_sensor[row] @ before.angular_velocity[row]
         np.testing.assert_allclose(ahead.rates[link], now.rates[link] + change, atol=1e-12)
@@ -213,7 +206,7 @@ def test_a_swinging_limb_is_predicted_over_a_cameras_latency(latency_s):
         rotations = rest.copy()
         rotations[shank] = turn @ rest[shank]
         imu = imus_of(rng, state, rotations, [shank], noise=0.0)
-        R_z = Rotation.from_rotvec([0.0, 0.0, state.heading[shank]]).as_matrix()
+        R_z = Rotation.from_rotvec([0.0, 0.0, state.imus.heading[shank]]).as_matrix()
         imu.angular_velocity[0] = (R_z @ imu.R_world_sensor[0]).T @ rate
         return imu, rotations[shank], rate
 
@@ -233,13 +226,13 @@ def test_between_two_states_of_a_recording_links_rotate_steadily_or_by_their_imu
     state, dof = random_state(rng, imus=WORN)
     before = state.copy().pose
     state.pose.rotations[:] = pose_of(dof + 0.02).rotations
-    state.has_imu[:] = np.isin(np.arange(LINKS), WORN)
+    state.imus.is_used[:] = np.isin(np.arange(LINKS), WORN)
     out = PublishedState(*(np.zeros((1, *each.shape)) for each in published(state, 0.0)))
     shares = np.array([share])
     interpolate_published(CONSTANTS, before, state, interval_s, shares, out)
     apart = Rotation.from_matrix(state.pose.rotations @ np.swapaxes(before.rotations, 1, 2))
     turned = Rotation.from_matrix(out.rotations[0] @ np.swapaxes(before.rotations, 1, 2))
-    worn, free = state.has_imu, ~state.has_imu
+    worn, free = state.imus.is_used, ~state.imus.is_used
     expected = share * apart.as_rotvec()
     np.testing.assert_allclose(turned.as_rotvec()[free], expected[free], atol=1e-9)
     if share in (0.0, 1.0):
@@ -302,7 +295,7 @@ def assert_slope(state, add, atol, columns=slice(None)):
 def test_derivatives_of_camera_rows_late_ones_to_first_order_in_the_turn(late_s, rate, atol):
     rng = np.random.default_rng(6)
     state, dof = random_state(rng, imus=(3,))
-    state.delay[:] = 0.0
+    state.views.delay[:] = 0.0
     state.pose.rates[:] = rng.uniform(-rate, rate, (LINKS, 3))
     state.P[:] *= 1e-8  # where the points' line is the tangent
     tracked = np.full(15, 2, np.uint8)
@@ -324,7 +317,7 @@ def test_derivatives_of_imu_rows_but_for_a_rate_by_the_heading():
     def add(at, rows):
         add_imu_rows(CONSTANTS.imu, at, imus, rows)
 
-    headings = state.imu_column[list(links)] + 3
+    headings = state.imus.column[list(links)] + 3
     assert_slope(state, add, 1e-8, np.setdiff1d(np.arange(len(state.P)), headings))
     H, _ = rows_of(state, add)
     by_heading = slope(state, add)[:, headings]
@@ -370,7 +363,7 @@ def test_a_link_half_a_turn_off_about_its_own_axis_is_turned_back_alone(link, ha
     bend_hinges(true, 0.6)
     state, _ = random_state(np.random.default_rng(14), dof=np.zeros(MODEL.size))
     bend_hinges(state, 0.6)
-    state.has_imu[lower] = has_imu
+    state.imus.is_used[lower] = has_imu
     off, kept = (upper, lower) if has_imu else (lower, upper)
     state.pose.rotations[off] = state.pose.rotations[off] @ np.diag([-1.0, -1.0, 1.0])
     joints = joints_of(state.pose)

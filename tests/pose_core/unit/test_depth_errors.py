@@ -66,7 +66,7 @@ def test_a_view_whose_distance_wobbles_hardly_moves_the_person(state):
     farthest = watch(state, lambda t: 0.2 * np.sin(2.0 * np.pi * 0.7 * t), 20.0)
 
     assert farthest < 0.11  # 0.23 m if the view is believed
-    assert np.sqrt(state.depth_error_power) == pytest.approx([0.14, 0.0], abs=0.03)
+    assert np.sqrt(state.views.depth_error_power) == pytest.approx([0.14, 0.0], abs=0.03)
 
 
 def test_noise_along_the_rays_is_learnt_of_the_view_that_has_it(state):
@@ -74,15 +74,15 @@ def test_noise_along_the_rays_is_learnt_of_the_view_that_has_it(state):
 
     watch(state, lambda _: rng.normal(scale=0.1, size=15), 20.0)
 
-    assert np.sqrt(state.depth_noise[0]) == pytest.approx(0.1, abs=0.02)
-    assert np.sqrt(state.depth_noise[1]) < 0.02
+    assert np.sqrt(state.views.depth_noise[0]) == pytest.approx(0.1, abs=0.02)
+    assert np.sqrt(state.views.depth_noise[1]) < 0.02
 
 
 def test_of_views_without_errors_nothing_is_learnt(state):
     watch(state, lambda _: 0.0, 20.0)
 
-    assert np.sqrt(state.depth_error_power).max() < 0.01
-    assert np.sqrt(state.depth_noise).max() < 0.01
+    assert np.sqrt(state.views.depth_error_power).max() < 0.01
+    assert np.sqrt(state.views.depth_noise).max() < 0.01
 
 
 @pytest.mark.parametrize(

@@ -79,23 +79,23 @@ class ReferenceFilter:
         state.pose.velocity[:] *= keep
         state.pose.rates[:] *= keep
         state.pose.slides[:] *= keep_slide
-        state.offset[:] *= keep_offset
+        state.views.offset[:] *= keep_offset
         renewed = (1.0 - keep_offset**2) * motion.offset_variance
-        state.offset_variance[:] = keep_offset**2 * state.offset_variance + renewed
+        state.views.offset_variance[:] = keep_offset**2 * state.views.offset_variance + renewed
         kept = np.exp(-dt_s / DEPTH_MEMORY_S)
-        state.depth_error[:] *= kept
-        renewed = (1.0 - kept**2) * state.depth_error_power
-        state.depth_error_variance[:] = kept**2 * state.depth_error_variance + renewed
-        state.silent_s[:] += dt_s
+        state.views.depth_error[:] *= kept
+        renewed = (1.0 - kept**2) * state.views.depth_error_power
+        state.views.depth_error_variance[:] = kept**2 * state.views.depth_error_variance + renewed
+        state.views.silent_s[:] += dt_s
 
     def update_with_imus(self, imus: ImuFrame) -> FloatArray:
         """Update with aligned IMUs; returns each link's information, (links, 3, 3) [1/rad²]."""
-        information = np.zeros((len(self.state.heading), 3, 3))
-        self.state.has_imu[:] = np.isin(np.arange(len(information)), imus.links)
+        information = np.zeros((len(self.state.imus.heading), 3, 3))
+        self.state.imus.is_used[:] = np.isin(np.arange(len(information)), imus.links)
         if len(imus.links) == 0:
             return information
         groups = list(imu_groups(self.constants.imu, self.state, imus))
-        is_unseen = min(self.state.silent_s) > CAMERA_TIMEOUT_S
+        is_unseen = min(self.state.views.silent_s) > CAMERA_TIMEOUT_S
         if is_unseen:
             groups += posture_groups(self.constants, self.state)
         robust_update(self.state, groups, self.constants.imu_update)
@@ -121,7 +121,7 @@ class ReferenceFilter:
         state.foot_height[:] = kept * before + (1.0 - kept) * lowest
         if joints:
             self._estimate_shared_offsets(view)
-        information = np.zeros((len(state.heading), 3, 3))
+        information = np.zeros((len(state.imus.heading), 3, 3))
         for group in joints:
             for link in range(len(information)):
                 part = group.H[:, link_columns(link)]
@@ -144,16 +144,16 @@ class ReferenceFilter:
         for i in range(slides, velocity):
             Q[i, i] = motion.slide_variance[(i - slides) // 3] * (1.0 - keep_slide**2)
         walk = [*3 * [motion.alignment_walk], motion.heading_walk]
-        for own in state.imu_column[state.imu_column >= 0]:
+        for own in state.imus.column[state.imus.column >= 0]:
             Q[own : own + 4, own : own + 4] = dt_s * np.diag(walk)
         return Q
 
     def _estimate_shared_offsets(self, view: PlainView) -> None:
         """Update the mean of the waist; a common rotation of both lines is taken as an offset."""
         state, constants = self.state, self.constants.shared_offsets
-        gap_s = view.gap_s / len(state.silent_s)
-        state.waist_s[0] = min(state.waist_s[0] + gap_s, WAIST_MEMORY_S)
-        if state.waist_s[0] == 0.0:
+        gap_s = view.gap_s / len(state.views.silent_s)
+        state.shared.waist_s[0] = min(state.shared.waist_s[0] + gap_s, WAIST_MEMORY_S)
+        if state.shared.waist_s[0] == 0.0:
             return
         place = dict(zip(JOINTS, view.positions, strict=True))
         across = place["left_hip"] - place["right_hip"]
@@ -163,25 +163,33 @@ class ReferenceFilter:
         seen = np.array([np.arccos(cosine) - 0.5 * np.pi, np.arctan2(x, y)])
         hips = np.full(2, constants.hips_variance)
         shoulders = np.array([0.0, constants.shoulders_variance])
-        total = hips + shoulders + constants.mean_variance + WAIST_MOTION / state.waist_s[0]
-        weight = np.minimum((WAIST_DOF + 1.0) / (WAIST_DOF + state.waist_mean**2 / total), 1.0)
-        uncorrected = seen + (hips + shoulders) * weight / total * state.waist_mean
-        state.waist_mean[:] += gap_s / state.waist_s[0] * (uncorrected - state.waist_mean)
+        total = hips + shoulders + constants.mean_variance + WAIST_MOTION / state.shared.waist_s[0]
+        weight = np.minimum(
+            (WAIST_DOF + 1.0) / (WAIST_DOF + state.shared.waist_mean**2 / total), 1.0
+        )
+        uncorrected = seen + (hips + shoulders) * weight / total * state.shared.waist_mean
+        state.shared.waist_mean[:] += (
+            gap_s / state.shared.waist_s[0] * (uncorrected - state.shared.waist_mean)
+        )
         for line, half, error in (
-            ("hip", constants.half_hips, -hips * weight / total * state.waist_mean),
-            ("shoulder", constants.half_shoulders, shoulders * weight / total * state.waist_mean),
+            ("hip", constants.half_hips, -hips * weight / total * state.shared.waist_mean),
+            (
+                "shoulder",
+                constants.half_shoulders,
+                shoulders * weight / total * state.shared.waist_mean,
+            ),
         ):
             for side, y in (("left", half), ("right", -half)):
                 turn = np.array([error[0], 0.0, error[1]])
                 offset = np.cross(turn, [0.0, y, 0.0])
-                state.shared_offset[JOINTS.index(f"{side}_{line}")] = offset
+                state.shared.offset[JOINTS.index(f"{side}_{line}")] = offset
 
     def _turn_back(self) -> int:
         """Rotate links without IMUs that are half a turn off about their axes; their number."""
         state, count = self.state, 0
         half = np.diag([-1.0, -1.0, 1.0])
         for parent, link, sign in hinges(self.constants.posture):
-            pair, has_imu = [parent, link], state.has_imu[[parent, link]]
+            pair, has_imu = [parent, link], state.imus.is_used[[parent, link]]
             upper, lower = state.pose.rotations[pair]
             if not np.all(has_imu) and upper[:, 1] @ lower[:, 1] < OPPOSITE:
                 turned = parent if has_imu[1] else link
@@ -247,10 +255,10 @@ def inject_error(state: FilterState, error: FloatArray) -> None:
     pose.slides[:] += error[slides:velocity].reshape(-1, 3)
     pose.velocity[:] += error[velocity : velocity + 3]
     pose.rates[:] += error[velocity + 3 : velocity + slides].reshape(-1, 3)
-    for link in np.flatnonzero(state.imu_column >= 0):
-        own = int(state.imu_column[link])
-        state.R_sensor_link[link] @= Rotation.from_rotvec(error[own : own + 3]).as_matrix()
-        state.heading[link] += error[own + 3]
-    for joint in np.flatnonzero(state.shared_offset_column >= 0):
-        own = int(state.shared_offset_column[joint])
-        state.shared_offset[joint] += error[own : own + 3]
+    for link in np.flatnonzero(state.imus.column >= 0):
+        own = int(state.imus.column[link])
+        state.imus.R_sensor_link[link] @= Rotation.from_rotvec(error[own : own + 3]).as_matrix()
+        state.imus.heading[link] += error[own + 3]
+    for joint in np.flatnonzero(state.shared.column >= 0):
+        own = int(state.shared.column[joint])
+        state.shared.offset[joint] += error[own : own + 3]

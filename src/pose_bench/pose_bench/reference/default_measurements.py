@@ -76,7 +76,7 @@ def heading_matrix(angle: float) -> FloatArray:
 
 def columns(state: FilterState) -> tuple[int, int]:
     """First columns of the slides and of the velocity."""
-    slides = 3 + 3 * len(state.heading)
+    slides = 3 + 3 * len(state.imus.heading)
     return slides, slides + 3 * len(state.pose.slides)
 
 
@@ -89,12 +89,12 @@ def imu_groups(constants: ImuConstants, state: FilterState, imus: ImuFrame) -> I
     """Each aligned IMU's orientation and rate."""
     _, velocity = columns(state)
     for row, link in enumerate(imus.links):
-        own = int(state.imu_column[link])
-        R_map_sensor = heading_matrix(state.heading[link]) @ imus.R_world_sensor[row]
-        Q = R_map_sensor @ state.R_sensor_link[link]
+        own = int(state.imus.column[link])
+        R_map_sensor = heading_matrix(state.imus.heading[link]) @ imus.R_world_sensor[row]
+        Q = R_map_sensor @ state.imus.R_sensor_link[link]
         rate = R_map_sensor @ imus.angular_velocity[row]
         speed, age_s = min(float(np.linalg.norm(rate)), FASTEST_LINK), imus.age_s[row]
-        factor = state.imu_noise[link]
+        factor = state.imus.noise[link]
         stddev = factor * (constants.stddev[link] + constants.soft_tissue * speed)
         held = HELD_JERK * age_s**3 / 3.0
         noise = Q @ np.diag(constants.correlated_samples * stddev**2 + held**2) @ Q.T
@@ -110,7 +110,9 @@ def imu_groups(constants: ImuConstants, state: FilterState, imus: ImuFrame) -> I
             source=int(link),
         )
         H = np.zeros((3, len(state.P)))
-        H[:, velocity : velocity + 3 + 3 * len(state.heading)][:, link_columns(link)] = np.eye(3)
+        H[:, velocity : velocity + 3 + 3 * len(state.imus.heading)][:, link_columns(link)] = np.eye(
+            3
+        )
         variance = (factor * constants.rate_stddev[link]) ** 2 * (1.0 + 0.25 * speed**2)
         variance += (HELD_JERK * age_s**2) ** 2 + imus.rate_stddev[row] ** 2
         noise = Q @ np.diag(variance) @ Q.T
@@ -126,7 +128,7 @@ def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) 
     positions = pose.position - frame.late_s * pose.velocity + levers.sum(axis=1)
     return PlainView(
         frame=frame,
-        gap_s=min(state.silent_s[frame.sensor], LONGEST_STEP_S),
+        gap_s=min(state.views.silent_s[frame.sensor], LONGEST_STEP_S),
         rotations=rotations,
         levers=levers,
         positions=positions,
@@ -182,18 +184,21 @@ def camera_groups(
         if frame.tracking_state[joint] == 0 or not np.all(np.isfinite(seen)):
             continue
         heading = view.heading()
-        offset = state.offset[frame.sensor, joint] + state.shared_offset[joint]
+        offset = state.views.offset[frame.sensor, joint] + state.shared.offset[joint]
         H, shift, unfitted = joint_regression(constants.body, state, view, joint)
-        own = int(state.shared_offset_column[joint])
+        own = int(state.shared.column[joint])
         if own >= 0:
             H[:, own : own + 3] = heading
         ray = view.ray(joint)
         noise = joint_variance(constants, state, view, joint) * np.eye(3) + unfitted
-        error, variance = state.depth_error[frame.sensor], state.depth_error_variance[frame.sensor]
+        error, variance = (
+            state.views.depth_error[frame.sensor],
+            state.views.depth_error_variance[frame.sensor],
+        )
         yield Group(
             H=H,
             residual=seen - view.positions[joint] - shift - heading @ offset - error * ray,
-            noise=noise + state.depth_noise[frame.sensor] * np.outer(ray, ray),
+            noise=noise + state.views.depth_noise[frame.sensor] * np.outer(ray, ray),
             common=np.sqrt(variance) * ray,
             student_dof=constants.student_dof,
             source=joint,
@@ -233,9 +238,9 @@ def has_other_source(
     constants: CameraConstants, state: FilterState, sensor: int, joint: int
 ) -> bool:
     """Whether another camera sends frames, or an IMU is on the joint's link."""
-    others = np.delete(state.silent_s, sensor)
+    others = np.delete(state.views.silent_s, sensor)
     link = np.flatnonzero(np.any(constants.body.offsets[joint] != 0.0, axis=1))[-1]
-    return bool(np.any(others < 0.15) or state.has_imu[link])
+    return bool(np.any(others < 0.15) or state.imus.is_used[link])
 
 
 def joint_variance(
@@ -243,8 +248,8 @@ def joint_variance(
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
     frame = view.frame
-    scale = np.clip(np.sqrt(state.view_noise[0]), 0.25, 2.0)
-    variance = scale * constants.variance + state.offset_variance[frame.sensor, joint]
+    scale = np.clip(np.sqrt(state.views.noise[0]), 0.25, 2.0)
+    variance = scale * constants.variance + state.views.offset_variance[frame.sensor, joint]
     if has_other_source(constants, state, frame.sensor, joint):
         variance += constants.occluded_variance * view.occlusion[joint] ** 2
     if frame.tracking_state[joint] == 1:
@@ -272,7 +277,7 @@ def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[G
 def standing_foot_groups(body: BodyArrays, state: FilterState) -> Iterator[Group]:
     """The root's velocity and height by the feet, as if they stood."""
     carriers = [np.flatnonzero(np.any(body.offsets[foot] != 0.0, axis=1)) for foot in FEET]
-    if not all(state.has_imu[links[1:]].all() for links in carriers):
+    if not all(state.imus.is_used[links[1:]].all() for links in carriers):
         return
     levers = levers_of(body, state.pose.rotations, state.pose.slides)[FEET]
     height = levers.sum(axis=1)[:, 2]

@@ -54,16 +54,16 @@ def estimate_view_noise(state: FilterState, view: PlainView, joints: list[Group]
     visible = (view.occlusion < VISIBLE) & (frame.tracking_state == TrackingState.TRACKED)
     visible &= np.isin(np.arange(len(visible)), [group.source for group in joints])
     height = np.where(visible, frame.positions[:, 2] - view.positions[:, 2], np.nan)
-    state.view_residual[frame.sensor] = height
-    limit = COMPARED_DEVIATIONS * USUAL_VIEW_NOISE * np.sqrt(2.0 * state.view_noise[0])
-    for other, silent_s in enumerate(state.silent_s):
-        apart = height - state.view_residual[other]
+    state.views.residual[frame.sensor] = height
+    limit = COMPARED_DEVIATIONS * USUAL_VIEW_NOISE * np.sqrt(2.0 * state.views.noise[0])
+    for other, silent_s in enumerate(state.views.silent_s):
+        apart = height - state.views.residual[other]
         apart = apart[np.isfinite(apart)]
         if other == frame.sensor or silent_s > COMPARED_S or len(apart) < COMPARED_JOINTS:
             continue
         variance = 0.5 * np.clip(apart, -limit, limit).var() / USUAL_VIEW_NOISE**2
         share = 1.0 - np.exp(-view.gap_s / VIEW_NOISE_S)
-        state.view_noise[:] += share * (variance - state.view_noise)
+        state.views.noise[:] += share * (variance - state.views.noise)
 
 
 def estimate_depth_errors(
@@ -75,17 +75,20 @@ def estimate_depth_errors(
 ) -> None:
     """Update this view's errors along its rays; remove the common one from the residuals."""
     sensor, gap_s = view.frame.sensor, view.gap_s
-    variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
-    state.depth_error[sensor] += np.sqrt(variance) * common_error
-    state.depth_error_variance[sensor] = variance * common_variance
+    variance, power = (
+        state.views.depth_error_variance[sensor],
+        state.views.depth_error_power[sensor],
+    )
+    state.views.depth_error[sensor] += np.sqrt(variance) * common_error
+    state.views.depth_error_variance[sensor] = variance * common_variance
     for group in joints:
         group.residual = group.residual - common_error * group.common
-    others = np.delete(state.silent_s, sensor)
+    others = np.delete(state.views.silent_s, sensor)
     if not joints or not np.any(others < CAMERA_TIMEOUT_S):
         return
-    squared = state.depth_error[sensor] ** 2 + state.depth_error_variance[sensor]
+    squared = state.views.depth_error[sensor] ** 2 + state.views.depth_error_variance[sensor]
     power += (1.0 - np.exp(-gap_s / DEPTH_LEARNING_S)) * (squared - power)
-    state.depth_error_power[sensor] = max(power, LEAST_DEPTH_VARIANCE)
+    state.views.depth_error_power[sensor] = max(power, LEAST_DEPTH_VARIANCE)
     excess = []
     for group in joints:
         ray = view.ray(group.source)
@@ -94,29 +97,29 @@ def estimate_depth_errors(
         excess.append(along - 0.5 * (np.trace(noise) - along))
     mean = np.average(excess, weights=[group.weight for group in joints])
     share = 1.0 - np.exp(-gap_s / DEPTH_NOISE_LEARNING_S)
-    noise = state.depth_noise[sensor]
-    state.depth_noise[sensor] = max(noise + share * (mean - noise), 0.0)
+    noise = state.views.depth_noise[sensor]
+    state.views.depth_noise[sensor] = max(noise + share * (mean - noise), 0.0)
 
 
 def estimate_offsets(state: FilterState, view: PlainView, joints: list[Group]) -> None:
     """Move this view's offset to the residual, and the others' so that the mean is kept."""
-    sensor, sensors = view.frame.sensor, len(state.silent_s)
+    sensor, sensors = view.frame.sensor, len(state.views.silent_s)
     if sensors < 2:
         return
     shares = np.full(sensors, -1.0 / (sensors - 1))
     shares[sensor] = 1.0
     for group in joints:
-        variance = state.offset_variance[sensor, group.source]
+        variance = state.views.offset_variance[sensor, group.source]
         gain = 3.0 * variance / np.trace(group.noise / group.weight + group.spread)
         change = gain * view.heading().T @ group.residual
-        state.offset[:, group.source] += np.outer(shares, change)
-        state.offset_variance[sensor, group.source] = (1.0 - gain) * variance
+        state.views.offset[:, group.source] += np.outer(shares, change)
+        state.views.offset_variance[sensor, group.source] = (1.0 - gain) * variance
 
 
 def estimate_view_apart(state: FilterState, view: PlainView, joints: list[Group]) -> None:
     """Smooth the mean distance of a view's joints from the predicted ones."""
     if joints:
-        measured, old = view.frame.positions, state.view_apart[view.frame.sensor]
+        measured, old = view.frame.positions, state.views.apart[view.frame.sensor]
         apart = [measured[each.source] - view.positions[each.source] for each in joints]
         old += (1.0 - np.exp(-view.gap_s / VIEW_APART_S)) * (np.mean(apart, axis=0) - old)
 
@@ -127,10 +130,10 @@ def estimate_delay(
     """Regress the bones' residuals on their velocities."""
     sensor = view.frame.sensor
     seen = {group.source: group for group in joints}
-    sums, delay_s = state.delay_sums[sensor], state.delay[sensor]
+    sums, delay_s = state.views.delay_sums[sensor], state.views.delay[sensor]
     sums *= np.exp(-view.gap_s / constants.delay_memory_s)
     for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
-        if not state.has_imu[link] or start not in seen or end not in seen:
+        if not state.imus.is_used[link] or start not in seen or end not in seen:
             continue
         v = view.velocity[end] - view.velocity[start]
         r = seen[end].residual - seen[start].residual
@@ -138,7 +141,7 @@ def estimate_delay(
         weight *= 1.0 - max(view.occlusion[start], view.occlusion[end])
         sums[link] += weight * np.array([v @ v, delay_s * (v @ v) - DELAY_GAIN * v @ r])
     delay_s = combined_delay(constants, sums)
-    state.delay[sensor] = np.clip(delay_s, *DELAYS_S)
+    state.views.delay[sensor] = np.clip(delay_s, *DELAYS_S)
 
 
 def combined_delay(constants: TrackerErrorConstants, sums: FloatArray) -> float:
@@ -160,29 +163,29 @@ def estimate_imu_noise(
     constants: TrackerErrorConstants, state: FilterState, view: PlainView, joints: list[Group]
 ) -> None:
     """Adapt each IMU's noise to the correlation of two views' residuals of its link."""
-    sensor, cameras = view.frame.sensor, len(state.silent_s)
-    recent = [each for each in range(cameras) if state.silent_s[each] <= COMPARED_S]
+    sensor, cameras = view.frame.sensor, len(state.views.silent_s)
+    recent = [each for each in range(cameras) if state.views.silent_s[each] <= COMPARED_S]
     visible = {each.source: each for each in joints if view.occlusion[each.source] <= VISIBLE}
-    state.link_residual[sensor] = np.nan
+    state.imus.link_residual[sensor] = np.nan
     for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
-        if not state.has_imu[link] or start not in visible or end not in visible:
+        if not state.imus.is_used[link] or start not in visible or end not in visible:
             continue
         bone = view.positions[end] - view.positions[start]
         turned = np.cross(bone, visible[end].residual - visible[start].residual) / (bone @ bone)
         if np.linalg.norm(turned) > LARGEST_TURN:
             continue
-        mean = state.link_mean_residual[sensor, link]
+        mean = state.imus.link_mean_residual[sensor, link]
         mean += (1.0 - np.exp(-view.gap_s / MEAN_TURN_S)) * (turned - mean)
-        own = state.link_residual[sensor, link] = turned - mean
+        own = state.imus.link_residual[sensor, link] = turned - mean
         for other in set(recent) - {sensor}:
-            theirs = state.link_residual[other, link]
+            theirs = state.imus.link_residual[other, link]
             if np.all(np.isfinite(theirs)):
-                sums = state.link_residual_sums[link]
+                sums = state.imus.link_residual_sums[link]
                 sums *= np.exp(-view.gap_s / IMU_NOISE_S / cameras)
                 sums += np.array([own @ theirs, 0.5 * (own @ own + theirs @ theirs)])
                 excess = sums[0] / sums[1] - constants.usual_correlation[link]
-                factor = state.imu_noise[link] * np.exp(IMU_NOISE_GAIN * view.gap_s * excess)
-                state.imu_noise[link] = np.clip(factor, 1.0, LARGEST_IMU_NOISE)
+                factor = state.imus.noise[link] * np.exp(IMU_NOISE_GAIN * view.gap_s * excess)
+                state.imus.noise[link] = np.clip(factor, 1.0, LARGEST_IMU_NOISE)
 
 
 def note_contradictions(
@@ -190,15 +193,15 @@ def note_contradictions(
 ) -> None:
     """Smooth the joints' NIS; note the links that all active cameras contradict."""
     sensor, gap_s = view.frame.sensor, view.gap_s
-    state.silent_s[sensor] = 0.0
+    state.views.silent_s[sensor] = 0.0
     share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)
-    newest = np.zeros(state.smoothed_nis.shape[1])
+    newest = np.zeros(state.views.smoothed_nis.shape[1])
     for group in joints:
         if view.frame.tracking_state[group.source] == TrackingState.TRACKED:
             newest[group.source] = min(group.nis, SMOOTHED_NIS_CLIP)
-    state.smoothed_nis[sensor] += share * (newest - state.smoothed_nis[sensor])
-    sends = state.silent_s < CAMERA_TIMEOUT_S
+    state.views.smoothed_nis[sensor] += share * (newest - state.views.smoothed_nis[sensor])
+    sends = state.views.silent_s < CAMERA_TIMEOUT_S
     most, weight = CONTRADICTED[min(int(np.sum(sends)), 2)]
-    least = state.smoothed_nis[sends].min(axis=0)[constants.ends]
+    least = state.views.smoothed_nis[sends].min(axis=0)[constants.ends]
     passed_s = weight * np.where(least > most, gap_s, -gap_s) / len(sends)
-    state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)
+    state.imus.contradicted_s[:] = np.maximum(state.imus.contradicted_s + passed_s, 0.0)

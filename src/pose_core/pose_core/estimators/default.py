@@ -114,8 +114,8 @@ class DefaultEstimator(StepwiseEstimator):
         state = self._filter.state
         if state is None:
             return None
-        sends = state.silent_s < CAMERA_TIMEOUT_S
-        return np.where(sends, np.linalg.norm(state.view_apart, axis=1), 0.0)
+        sends = state.views.silent_s < CAMERA_TIMEOUT_S
+        return np.where(sends, np.linalg.norm(state.views.apart, axis=1), 0.0)
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
@@ -183,7 +183,7 @@ class DefaultEstimator(StepwiseEstimator):
         if state is None or not stamps_ns:
             return None
         ages_s = (self._stamp_ns - np.array(stamps_ns)) / NS_PER_S
-        information = self._last_information(state, 0.0, state.has_imu)
+        information = self._last_information(state, 0.0, state.imus.is_used)
         return self._filter.interpolated(ages_s, information, self._variance_scale(state))
 
     def _last_information(
@@ -191,7 +191,7 @@ class DefaultEstimator(StepwiseEstimator):
     ) -> FloatArray:
         """Information of the last updates: cameras that still send, IMUs of these links."""
         information = self._no_information()
-        if min(state.silent_s.tolist()) + ahead_s < SILENT_S:
+        if min(state.views.silent_s.tolist()) + ahead_s < SILENT_S:
             information[0] = self._information[0]
         information[1, links] = self._information[1, links]
         return information
@@ -303,7 +303,7 @@ class DefaultEstimator(StepwiseEstimator):
         frame, swaps = self._filter.undo_swaps(measured)
         self.counters.add("sides_swapped", swaps)
         state = self._filter.state
-        passed_s = min(state.silent_s[sensor], LONGEST_STEP_S) / len(state.silent_s)
+        passed_s = min(state.views.silent_s[sensor], LONGEST_STEP_S) / len(state.views.silent_s)
         is_crossed = self._crossed.is_crossed(measured, swaps, passed_s)
         if self._facing.faces_backwards(measured, state.pose.rotations[0], passed_s):
             return frame, RestartCause.BACKWARDS
@@ -340,5 +340,5 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _variance_scale(self, state: FilterState) -> float:
         """Factor [-] of the variances that are published."""
-        by_depth = depth_variance_scale(state.depth_error_power, state.depth_noise)
+        by_depth = depth_variance_scale(state.views.depth_error_power, state.views.depth_noise)
         return float(variance_scale(self._mean_nis) * by_depth)

@@ -87,14 +87,14 @@ def add_camera_rows(
         has_other = has_other_source(constants.body, state, frame.sensor, joint)
         occlusion = view.occlusion[joint] if has_other else 0.0
         variance = joint_variance(constants, state, frame, joint, occlusion)
-        variance += state.offset_variance[frame.sensor, joint]
+        variance += state.views.offset_variance[frame.sensor, joint]
         for axis in range(3):
             rows.noise[group, axis, axis] = variance
         linearise_joint(constants.body, joint, view.levers, state.P, H, shift, rows.noise[group])
         if frame.late_s > 0.0:
             H[:, layout.first_rate : layout.body_size] = -frame.late_s * H[:, : layout.first_slide]
         joint_residual(state, frame, joint, view.positions[joint] + shift, c, s, residual)
-        column = state.shared_offset_column[joint]
+        column = state.shared.column[joint]
         if column != NO_COLUMN:
             H[0, column], H[0, column + 1] = c, -s
             H[1, column], H[1, column + 1] = s, c
@@ -116,7 +116,7 @@ def joint_residual(
 
     ``cosine`` and ``sine`` are those of the root's heading.
     """
-    own, shared = state.offset[frame.sensor, joint], state.shared_offset[joint]
+    own, shared = state.views.offset[frame.sensor, joint], state.shared.offset[joint]
     x, y, z = own[0] + shared[0], own[1] + shared[1], own[2] + shared[2]
     out[0] = frame.positions[joint, 0] - predicted[0] - (cosine * x - sine * y)
     out[1] = frame.positions[joint, 1] - predicted[1] - (sine * x + cosine * y)
@@ -132,7 +132,7 @@ def has_other_source(body: BodyArrays, state: FilterState, sensor: int, joint: i
     if another_camera_sends(state, sensor):
         return True
     link = body.carriers[joint, body.carrier_count[joint] - 1]
-    return bool(state.has_imu[link])
+    return bool(state.imus.is_used[link])
 
 
 @compiled_in_place

@@ -38,11 +38,11 @@ LARGEST_EXCESS = 3.0  # [-] of the published variances
 def predict_depth_errors(dt_s: float, state: FilterState) -> None:
     """Advance the views' errors by ``dt_s`` [s]."""
     keep = np.exp(-dt_s / MEMORY_S)
-    for sensor in range(len(state.depth_error)):
-        renewed = (1.0 - keep**2) * state.depth_error_power[sensor]
-        state.depth_error[sensor] *= keep
-        state.depth_error_variance[sensor] *= keep**2
-        state.depth_error_variance[sensor] += renewed
+    for sensor in range(len(state.views.depth_error)):
+        renewed = (1.0 - keep**2) * state.views.depth_error_power[sensor]
+        state.views.depth_error[sensor] *= keep
+        state.views.depth_error_variance[sensor] *= keep**2
+        state.views.depth_error_variance[sensor] += renewed
 
 
 @compiled_in_place
@@ -69,12 +69,12 @@ def add_depth_error(
     group = rows.filled[1] - 1
     first, noise = rows.first[group], rows.noise[group]
     ray = ray_to(predicted, camera)
-    common = np.sqrt(state.depth_error_variance[sensor])
+    common = np.sqrt(state.views.depth_error_variance[sensor])
     for i in range(3):
-        rows.residual[first + i] -= ray[i] * state.depth_error[sensor]
+        rows.residual[first + i] -= ray[i] * state.views.depth_error[sensor]
         rows.common[first + i] = ray[i] * common
         for k in range(3):
-            noise[i, k] += ray[i] * ray[k] * state.depth_noise[sensor]
+            noise[i, k] += ray[i] * ray[k] * state.views.depth_noise[sensor]
 
 
 @compiled
@@ -83,18 +83,21 @@ def estimate_depth_errors(update: FrameUpdate, state: FilterState) -> None:
     sensor, gap_s, result = update.frame.sensor, update.gap_s, update.result
     rows, measured = update.rows, 3 * update.joints
     rows.residual[:measured] -= result.common_error * rows.common[:measured]
-    variance, power = state.depth_error_variance[sensor], state.depth_error_power[sensor]
-    state.depth_error[sensor] += np.sqrt(variance) * result.common_error
-    state.depth_error_variance[sensor] = variance * result.common_variance
+    variance, power = (
+        state.views.depth_error_variance[sensor],
+        state.views.depth_error_power[sensor],
+    )
+    state.views.depth_error[sensor] += np.sqrt(variance) * result.common_error
+    state.views.depth_error_variance[sensor] = variance * result.common_variance
     if measured == 0 or not another_camera_sends(state, sensor):
         return
-    squared = state.depth_error[sensor] ** 2 + state.depth_error_variance[sensor]
+    squared = state.views.depth_error[sensor] ** 2 + state.views.depth_error_variance[sensor]
     power += (1.0 - np.exp(-gap_s / LEARNING_S)) * (squared - power)
-    state.depth_error_power[sensor] = max(power, LEAST_VARIANCE)
+    state.views.depth_error_power[sensor] = max(power, LEAST_VARIANCE)
     share = 1.0 - np.exp(-gap_s / NOISE_LEARNING_S)
     excess = noise_along_rays(update)
-    noise = state.depth_noise[sensor]
-    state.depth_noise[sensor] = max(noise + share * (excess - noise), 0.0)
+    noise = state.views.depth_noise[sensor]
+    state.views.depth_noise[sensor] = max(noise + share * (excess - noise), 0.0)
 
 
 @compiled_in_place

@@ -88,7 +88,9 @@ class ErrorStateFilter:
             dof[:3],
             kinematics.pose(dof).rotations,
         )
-        self.state = state._replace(delay=self.delays_s, delay_sums=self._delay_sums)
+        self.state = state._replace(
+            views=state.views._replace(delay=self.delays_s, delay_sums=self._delay_sums)
+        )
         self._imus = NO_IMUS
         return True
 
@@ -106,7 +108,7 @@ class ErrorStateFilter:
         assert self.state is not None
         self._imus = imus
         if not len(imus.links):
-            self.state.has_imu[:] = False
+            self.state.imus.is_used[:] = False
         elif not self._update_with_imus(self._constants, self.state, imus, information):
             self.state = None
         return self.state is not None

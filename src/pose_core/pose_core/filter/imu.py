@@ -62,9 +62,9 @@ def add_imu_rows(constants: ImuConstants, state: FilterState, imus: ImuFrame, ro
     for row in range(len(imus.links)):
         link = imus.links[row]
         rotation, rate = rotation_column(link), rate_column(state.layout, link)
-        column, age_s = state.imu_column[link], imus.age_s[row]
+        column, age_s = state.imus.column[link], imus.age_s[row]
         speed = min(imu_residual(state, imus, row, Q, residual), MAX_SOFT_TISSUE_RATE)
-        factor = state.imu_noise[link]
+        factor = state.imus.noise[link]
         held = HELD_JERK * age_s**3 / 3.0
         growth = 1.0 + (RATE_NOISE_GROWTH * speed) ** 2
         held_rate_variance = (HELD_JERK * age_s**2) ** 2 + imus.rate_stddev[row] ** 2
@@ -108,9 +108,9 @@ def imu_residual(
     """
     link = imus.links[row]
     R_z, R_map_sensor, apart = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    exponential(0.0, 0.0, state.heading[link], R_z)
+    exponential(0.0, 0.0, state.imus.heading[link], R_z)
     product(R_z, imus.R_world_sensor[row], R_map_sensor)
-    product(R_map_sensor, state.R_sensor_link[link], Q)
+    product(R_map_sensor, state.imus.R_sensor_link[link], Q)
     product_transposed(Q, state.pose.rotations[link], apart)
     logarithm(apart, out[:3])
     rate = np.dot(R_map_sensor, imus.angular_velocity[row])

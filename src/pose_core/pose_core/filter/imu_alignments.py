@@ -126,7 +126,7 @@ class ImuAlignments:
             worn.last_ns = stamp_ns
             if worn.use.is_aligned and worn.use.segment in imus.heading_walks:
                 walk = WALK_SHARE * (imus.heading_walks[worn.use.segment] - SOUND)
-                heading = state.imu_column[worn.link] + 3
+                heading = state.imus.column[worn.link] + 3
                 state.P[heading, heading] += walk**2 * max(gap_ns, 0) / NS_PER_S
             if gap_ns > RESTRAPPED_NS or (gap_ns > RESTARTED_NS and not worn.knows_north):
                 if worn.use.is_aligned:
@@ -205,7 +205,7 @@ class ImuAlignments:
         headings = np.full(len(imus), np.nan)  # of the aligned IMUs
         for row, worn in self._imus.with_link(imus.segments):
             if worn.use.is_aligned:
-                headings[row] = state.heading[worn.link]
+                headings[row] = state.imus.heading[worn.link]
         self._slips.add(observation.stamp_ns, tracked, as_worn, headings)
 
     def _exclude_contradicted(self, worn: WornImu, state: FilterState) -> None:
@@ -245,9 +245,9 @@ class ImuAlignments:
                 if worn.worn_on in LIMB_ENDS:
                     far = JOINT_INDEX[LIMB_ENDS[worn.worn_on][1]]
                     state = with_shared_offset(state, far, self._shared_offset_variance)
-            column = int(state.imu_column[worn.link])
+            column = int(state.imus.column[worn.link])
             filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
-            worn.use.noise = float(state.imu_noise[worn.link])
+            worn.use.noise = float(state.imus.noise[worn.link])
             worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)
         return state
 
@@ -296,7 +296,7 @@ class ImuAlignments:
         worn.use.contradictions += 1
         worn.require_motion()
         self._discard_known(worn)
-        state.contradicted_s[worn.link] = 0.0
+        state.imus.contradicted_s[worn.link] = 0.0
         self._exclude(worn, state)
 
     def _undo_exchange(self, worn: WornImu, state: FilterState) -> None:
@@ -304,7 +304,7 @@ class ImuAlignments:
         other = self._imus.worn_by_name(worn.worn_on)
         if other is None or other.worn_on != worn.use.segment or other is worn:
             return
-        if other.use.is_aligned and state.contradicted_s[other.link] < 0.5 * CONTRADICTED_S:
+        if other.use.is_aligned and state.imus.contradicted_s[other.link] < 0.5 * CONTRADICTED_S:
             return
         for each in (worn, other):
             self._exclude(each, state)
@@ -331,7 +331,7 @@ class ImuAlignments:
         worn.use.is_aligned = False
         worn.alignment.clear()
         self._slips.forget(worn.worn_on)
-        column = int(state.imu_column[worn.link])
+        column = int(state.imus.column[worn.link])
         if column != NO_COLUMN:
             own = slice(column, column + IMU_STATES)
             state.P[own, :] = 0.0
@@ -340,7 +340,7 @@ class ImuAlignments:
     def _north(self, worn: WornImu, state: FilterState) -> float | None:
         """Heading [rad] of the world common to this IMU and aligned ones; None if unknown."""
         others = [
-            state.heading[each.link]
+            state.imus.heading[each.link]
             for each in self._imus
             if each.use.is_aligned and each.knows_north
         ]
@@ -352,18 +352,18 @@ class ImuAlignments:
 
     def _is_contradicted(self, worn: WornImu, state: FilterState) -> bool:
         """Whether the cameras contradict an IMU, and not an aligned one on the parent link."""
-        if state.contradicted_s[worn.link] < CONTRADICTED_S:
+        if state.imus.contradicted_s[worn.link] < CONTRADICTED_S:
             return False
         above = self._model.parents[worn.link]
         has_imu = any(e.link == above and e.use.is_aligned for e in self._imus)
-        return not (has_imu and state.contradicted_s[above] > 0.5 * CONTRADICTED_S)
+        return not (has_imu and state.imus.contradicted_s[above] > 0.5 * CONTRADICTED_S)
 
     def _alignment_of(self, worn: WornImu, state: FilterState) -> SensorToSegment:
         """The filter's estimate of an aligned IMU's alignment."""
-        column = int(state.imu_column[worn.link])
+        column = int(state.imus.column[worn.link])
         variance = np.diag(state.P)[column : column + 3]
         return SensorToSegment(
-            R_sensor_segment=state.R_sensor_link[worn.link].copy(),
+            R_sensor_segment=state.imus.R_sensor_link[worn.link].copy(),
             stddev=np.sqrt(np.maximum(variance, 0.0)),
             worn_on=worn.use.worn_on,
             z_down=worn.use.segment in self.z_down,

@@ -52,32 +52,32 @@ def estimate_imu_noise(
         update: The update with the frame.
         state: The state after it; changed.
     """
-    sensor, cameras = update.frame.sensor, len(state.silent_s)
+    sensor, cameras = update.frame.sensor, len(state.views.silent_s)
     share = 1.0 - np.exp(-update.gap_s / MEAN_S)
     kept = np.exp(-update.gap_s / MEMORY_S / cameras)
     group_of = joint_groups(update)
     for link in range(len(ends)):
-        residual = state.link_residual[sensor, link]
+        residual = state.imus.link_residual[sensor, link]
         residual[:] = np.nan
-        if not state.has_imu[link] or starts[link] < 0:
+        if not state.imus.is_used[link] or starts[link] < 0:
             continue
         turned = turn_of_link(update, starts[link], ends[link], group_of)
         if not np.sum(turned**2) < LARGEST_TURN**2:
             continue
-        mean = state.link_mean_residual[sensor, link]
+        mean = state.imus.link_mean_residual[sensor, link]
         mean += share * (turned - mean)
         residual[:] = turned - mean
-        sums = state.link_residual_sums[link]
+        sums = state.imus.link_residual_sums[link]
         for other in range(cameras):
-            theirs = state.link_residual[other, link]
-            if other == sensor or state.silent_s[other] > NEWEST_S or np.isnan(theirs[0]):
+            theirs = state.imus.link_residual[other, link]
+            if other == sensor or state.views.silent_s[other] > NEWEST_S or np.isnan(theirs[0]):
                 continue
             sums *= kept
             sums[0] += np.sum(residual * theirs)
             sums[1] += 0.5 * np.sum(residual**2 + theirs**2)
             excess = sums[0] / sums[1] - usual_correlation[link]
-            factor = state.imu_noise[link] * np.exp(GAIN * update.gap_s * excess)
-            state.imu_noise[link] = min(max(factor, 1.0), LARGEST_FACTOR)
+            factor = state.imus.noise[link] * np.exp(GAIN * update.gap_s * excess)
+            state.imus.noise[link] = min(max(factor, 1.0), LARGEST_FACTOR)
 
 
 @compiled

@@ -60,7 +60,7 @@ def interpolate_published(
         rotations[:] = before.rotations
         for link in range(count):
             turn[:] = s * turns[link]
-            if state.has_imu[link]:
+            if state.imus.is_used[link]:
                 hermite_rotation_vector(
                     before.rates[link], after.rates[link], turns[link], interval_s, s, turn
                 )

@@ -45,10 +45,10 @@ def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None
     bound_rotations(P, state.layout)
     keep_offset = np.exp(-dt_s / constants.offset_memory_s)
     predict_depth_errors(dt_s, state)
-    state.offset[:] *= keep_offset
-    state.offset_variance[:] *= keep_offset**2
-    state.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance
-    state.silent_s[:] += dt_s
+    state.views.offset[:] *= keep_offset
+    state.views.offset_variance[:] *= keep_offset**2
+    state.views.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance
+    state.views.silent_s[:] += dt_s
 
 
 @compiled_in_place
@@ -123,7 +123,7 @@ def add_process_noise(
             if power != 0.0:
                 add_white_acceleration(P, row, rotation_column(second), rates, power, dt_s)
     for link in range(links):
-        own = state.imu_column[link]
+        own = state.imus.column[link]
         if own != NO_COLUMN:
             for i in range(own, own + 3):
                 P[i, i] += constants.alignment_walk * dt_s

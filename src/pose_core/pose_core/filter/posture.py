@@ -121,15 +121,15 @@ def turn_back(constants: PostureConstants, state: FilterState, relative: FloatAr
     count = 0
     for hinge in range(len(constants.hinges.links)):
         parent, link = constants.hinges.parents[hinge], constants.hinges.links[hinge]
-        if state.has_imu[parent] and state.has_imu[link]:
+        if state.imus.is_used[parent] and state.imus.is_used[link]:
             continue
         upper, lower = state.pose.rotations[parent], state.pose.rotations[link]
         transposed_product(upper, lower, relative)
         if relative[1, 1] < OPPOSITE:
-            turn_half(upper if state.has_imu[link] else lower)
+            turn_half(upper if state.imus.is_used[link] else lower)
             count += 1
             transposed_product(upper, lower, relative)
-        if state.has_imu[parent] or state.has_imu[link]:
+        if state.imus.is_used[parent] or state.imus.is_used[link]:
             continue
         if flexion(relative, constants.hinges.signs[hinge]) < constants.wrong_bend:
             turn_half(upper)

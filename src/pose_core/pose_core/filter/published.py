@@ -101,7 +101,7 @@ def rotate_with_imus(
         for earlier in range(len(before.links)):
             if before.links[earlier] != link:
                 continue
-            exponential(0.0, 0.0, state.heading[link], R_z)
+            exponential(0.0, 0.0, state.imus.heading[link], R_z)
             product(R_z, imus.R_world_sensor[row], R_map_sensor)
             change = np.dot(R_map_sensor, imus.angular_velocity[row])
             product(R_z, before.R_world_sensor[earlier], R_earlier)

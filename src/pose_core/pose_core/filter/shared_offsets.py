@@ -55,9 +55,12 @@ def estimate_shared_offsets(
     constants: SharedOffsetConstants, update: FrameUpdate, state: FilterState
 ) -> None:
     """Update the waist's running mean with one frame, and the offsets of hips and shoulders."""
-    view, gap_s = update.predicted, update.gap_s / len(state.silent_s)  # that this frame stands for
-    state.waist_s[0] = min(state.waist_s[0] + gap_s, MEMORY_S)
-    if state.waist_s[0] == 0.0:
+    view, gap_s = (
+        update.predicted,
+        update.gap_s / len(state.views.silent_s),
+    )  # that this frame stands for
+    state.shared.waist_s[0] = min(state.shared.waist_s[0] + gap_s, MEMORY_S)
+    if state.shared.waist_s[0] == 0.0:
         return
     waist, hips, shoulders = np.empty(2), np.empty(2), np.empty(2)
     left, right = view.positions[LEFT_HIP], view.positions[RIGHT_HIP]
@@ -68,18 +71,18 @@ def estimate_shared_offsets(
     for axis in range(2):
         of_shoulders = constants.shoulders_variance if axis == TURN else 0.0
         both = constants.hips_variance + of_shoulders
-        total = both + constants.mean_variance[axis] + MOTION_DENSITY / state.waist_s[0]
-        mean = state.waist_mean[axis]
+        total = both + constants.mean_variance[axis] + MOTION_DENSITY / state.shared.waist_s[0]
+        mean = state.shared.waist_mean[axis]
         precision = min((STUDENT_DOF + 1.0) / (STUDENT_DOF + mean**2 / total), 1.0) / total
         uncorrected = waist[axis] + both * precision * mean
-        mean += gap_s / state.waist_s[0] * (uncorrected - mean)
-        state.waist_mean[axis] = mean
+        mean += gap_s / state.shared.waist_s[0] * (uncorrected - mean)
+        state.shared.waist_mean[axis] = mean
         hips[axis] = constants.half_hips * constants.hips_variance * precision * mean
         shoulders[axis] = constants.half_shoulders * of_shoulders * precision * mean
     for hip, shoulder, sign in (
         (LEFT_HIP, LEFT_SHOULDER, 1.0),
         (RIGHT_HIP, RIGHT_SHOULDER, -1.0),
     ):
-        state.shared_offset[hip, 0] = sign * hips[TURN]
-        state.shared_offset[hip, 2] = -sign * hips[BEND]
-        state.shared_offset[shoulder, 0] = -sign * shoulders[TURN]
+        state.shared.offset[hip, 0] = sign * hips[TURN]
+        state.shared.offset[hip, 2] = -sign * hips[BEND]
+        state.shared.offset[shoulder, 0] = -sign * shoulders[TURN]

@@ -97,8 +97,8 @@ def of_body(state: FilterState, layout: Layout) -> FilterState:
     """Copy of a state whose covariance excludes the alignment of the IMUs."""
     copied = state.copy()
     body = np.ascontiguousarray(copied.P[: layout.body_size, : layout.body_size])
-    copied.imu_column[:] = NO_COLUMN
-    copied.shared_offset_column[:] = NO_COLUMN
+    copied.imus.column[:] = NO_COLUMN
+    copied.shared.column[:] = NO_COLUMN
     return copied._replace(P=body)
 
 

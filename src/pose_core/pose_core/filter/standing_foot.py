@@ -44,7 +44,7 @@ def add_standing_foot_rows(body: BodyArrays, state: FilterState, rows: Rows) -> 
     levers, joints = np.zeros((len(JOINTS), len(pose.rates), 3)), np.empty((len(JOINTS), 3))
     compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
     for foot in (LEFT_FOOT, RIGHT_FOOT):
-        if not has_imus(body, foot, state.has_imu):
+        if not has_imus(body, foot, state.imus.is_used):
             return
         shank = body.carriers[foot, body.carrier_count[foot] - 1]
         levers[foot, shank] *= LONGER_SHANK

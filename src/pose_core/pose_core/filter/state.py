@@ -1,6 +1,7 @@
 """State of the default filter: mean, covariance and slowly varying quantities."""
 
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,45 +31,73 @@ class Pose(NamedTuple):
     rates: FloatArray  # (links, 3) [rad/s] in map
 
 
+class ViewErrors(NamedTuple):
+    """What is learnt about each camera's view, see :mod:`pose_core.filter.tracker_errors`."""
+
+    delay: FloatArray  # (sensors,) [s] of each tracker; subtracted from its stamps
+    delay_sums: FloatArray  # (sensors, links, 2) [m²/s², m²/s] of the delay's regression
+    depth_error: FloatArray  # (sensors,) [m] along its rays, see pose_core.filter.depth_errors
+    depth_error_variance: FloatArray  # (sensors,) [m²]
+    depth_error_power: FloatArray  # (sensors,) [m²] its mean square over time
+    depth_noise: FloatArray  # (sensors,) [m²] variance of single joints along the rays, in addition
+    noise: FloatArray  # (1,) [-] variance of the views' differences, relative to the usual
+    residual: FloatArray  # (sensors, joints) [m] of the last frame, upwards; or NaN
+    offset: FloatArray  # (sensors, joints, 3) [m] in the pelvis' heading frame
+    offset_variance: FloatArray  # (sensors, joints) [m²]
+    smoothed_nis: FloatArray  # (sensors, joints) normalised innovation squared [-]
+    silent_s: FloatArray  # (sensors,) [s] since each camera's last frame
+    apart: FloatArray  # (sensors, 3) [m] of its joints from the state's, on average
+
+
+class LinkImus(NamedTuple):
+    """The IMU of each link: its alignment, and what the cameras say of it."""
+
+    R_sensor_link: FloatArray  # (links, 3, 3) its mounting
+    heading: FloatArray  # (links,) [rad] of its reference frame in map, about z
+    column: NDArray[np.int64]  # (links,) first column of its error, or NO_COLUMN
+    is_used: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
+    noise: FloatArray  # (links,) [-] factor of its standard deviations, see imu_noise
+    link_residual: FloatArray  # (sensors, links, 3) [rad] of each view's last frame; or NaN
+    link_mean_residual: FloatArray  # (sensors, links, 3) [rad] its mean over time
+    link_residual_sums: FloatArray  # (links, 2) [rad²] see pose_core.filter.imu_noise
+    contradicted_s: FloatArray  # (links,) [s] for which all cameras have contradicted it
+
+
+class SharedOffsets(NamedTuple):
+    """Offsets that all views share."""
+
+    offset: FloatArray  # (joints, 3) [m] in the pelvis' heading frame
+    column: NDArray[np.int64]  # (joints,) first column of its error, or NO_COLUMN
+    waist_mean: FloatArray  # (2,) [rad] of lateral bending and rotation, uncorrected
+    waist_s: FloatArray  # (1,) [s] averaging time of that mean
+
+
 class FilterState(NamedTuple):
     """Mean, covariance and quantities estimated outside the state; updated in place."""
 
     layout: Layout
     pose: Pose
     P: FloatArray  # (n, n) covariance of the error, in the order of Layout
-    delay: FloatArray  # (sensors,) [s] of each tracker; subtracted from its stamps
-    delay_sums: FloatArray  # (sensors, links, 2) [m²/s², m²/s] see pose_core.filter.tracker_errors
-    R_sensor_link: FloatArray  # (links, 3, 3) mounting of each link's IMU
-    heading: FloatArray  # (links,) [rad] of the IMU's reference frame in map, about z
-    imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error, or NO_COLUMN
-    has_imu: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
-    depth_error: FloatArray  # (sensors,) [m] of each view, along its rays; see depth_errors
-    depth_error_variance: FloatArray  # (sensors,) [m²]
-    depth_error_power: FloatArray  # (sensors,) [m²] its mean square over time
-    depth_noise: FloatArray  # (sensors,) [m²] variance of single joints along the rays, in addition
-    view_noise: FloatArray  # (1,) [-] variance of the views' differences, relative to the usual
-    view_residual: FloatArray  # (sensors, joints) [m] of each view's last frame, upwards; or NaN
-    imu_noise: FloatArray  # (links,) [-] factor of each IMU's standard deviations
-    link_residual: FloatArray  # (sensors, links, 3) [rad] of each view's last frame; or NaN
-    link_mean_residual: FloatArray  # (sensors, links, 3) [rad] its mean over time
-    link_residual_sums: FloatArray  # (links, 2) [rad²] see pose_core.filter.imu_noise
-    offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis' heading frame
-    offset_variance: FloatArray  # (sensors, joints) [m²]
-    smoothed_nis: FloatArray  # (sensors, joints) normalised innovation squared [-]
-    silent_s: FloatArray  # (sensors,) [s] since each camera's last frame
+    views: ViewErrors
+    imus: LinkImus
+    shared: SharedOffsets
     foot_height: FloatArray  # (1,) [m] of the lower foot above map's plane, as last seen
-    view_apart: FloatArray  # (sensors, 3) [m] of each view's joints from the state's, on average
-    contradicted_s: FloatArray  # (links,) [s] for which all cameras have contradicted the link
-    waist_mean: FloatArray  # (2,) [rad] of lateral bending and rotation, uncorrected
-    waist_s: FloatArray  # (1,) [s] averaging time of that mean
-    shared_offset: FloatArray  # (joints, 3) [m] of all views, in the pelvis' heading frame
-    shared_offset_column: NDArray[np.int64]  # (joints,) first column of its error, or NO_COLUMN
 
     def copy(self) -> "FilterState":
         """An independent copy."""
-        pose = Pose(*(np.array(each) for each in self.pose))
-        arrays = {name: np.array(getattr(self, name)) for name in self._fields[2:]}
-        return FilterState(layout=self.layout, pose=pose, **arrays)
+        return FilterState(
+            layout=self.layout,
+            pose=Pose(*_copies(self.pose)),
+            P=self.P.copy(),
+            views=ViewErrors(*_copies(self.views)),
+            imus=LinkImus(*_copies(self.imus)),
+            shared=SharedOffsets(*_copies(self.shared)),
+            foot_height=self.foot_height.copy(),
+        )
+
+
+def _copies(group: Iterable[Any]) -> Iterator[Any]:
+    return (np.array(each) for each in group)
 
 
 def start_state(
@@ -108,33 +137,39 @@ def start_state(
             rates=np.zeros((links, 3)),
         ),
         P=np.diag(stddev**2),
-        delay=np.zeros(sensors),
-        delay_sums=np.zeros((sensors, links, 2)),
-        R_sensor_link=np.tile(np.eye(3), (links, 1, 1)),
-        heading=np.zeros(links),
-        imu_column=np.full(links, NO_COLUMN, np.int64),
-        has_imu=np.zeros(links, np.bool_),
-        depth_error=np.zeros(sensors),
-        depth_error_variance=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
-        depth_error_power=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
-        depth_noise=np.full(sensors, has_depth_errors * tuning.start.depth_noise**2),
-        view_noise=np.ones(1),
-        view_residual=np.full((sensors, joints), np.nan),
-        imu_noise=np.ones(links),
-        link_residual=np.full((sensors, links, 3), np.nan),
-        link_mean_residual=np.zeros((sensors, links, 3)),
-        link_residual_sums=np.tile([0.0, LINK_RESIDUALS_AT_START], (links, 1)),
-        offset=np.zeros((sensors, joints, 3)),
-        offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
-        smoothed_nis=np.zeros((sensors, joints)),
-        silent_s=np.full(sensors, SILENT_AT_START_S),
+        views=ViewErrors(
+            delay=np.zeros(sensors),
+            delay_sums=np.zeros((sensors, links, 2)),
+            depth_error=np.zeros(sensors),
+            depth_error_variance=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
+            depth_error_power=np.full(sensors, has_depth_errors * tuning.start.depth_error**2),
+            depth_noise=np.full(sensors, has_depth_errors * tuning.start.depth_noise**2),
+            noise=np.ones(1),
+            residual=np.full((sensors, joints), np.nan),
+            offset=np.zeros((sensors, joints, 3)),
+            offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
+            smoothed_nis=np.zeros((sensors, joints)),
+            silent_s=np.full(sensors, SILENT_AT_START_S),
+            apart=np.zeros((sensors, 3)),
+        ),
+        imus=LinkImus(
+            R_sensor_link=np.tile(np.eye(3), (links, 1, 1)),
+            heading=np.zeros(links),
+            column=np.full(links, NO_COLUMN, np.int64),
+            is_used=np.zeros(links, np.bool_),
+            noise=np.ones(links),
+            link_residual=np.full((sensors, links, 3), np.nan),
+            link_mean_residual=np.zeros((sensors, links, 3)),
+            link_residual_sums=np.tile([0.0, LINK_RESIDUALS_AT_START], (links, 1)),
+            contradicted_s=np.zeros(links),
+        ),
+        shared=SharedOffsets(
+            offset=np.zeros((joints, 3)),
+            column=np.full(joints, NO_COLUMN, np.int64),
+            waist_mean=np.zeros(2),
+            waist_s=np.zeros(1),
+        ),
         foot_height=np.full(1, np.nan),
-        view_apart=np.zeros((sensors, 3)),
-        contradicted_s=np.zeros(links),
-        waist_mean=np.zeros(2),
-        waist_s=np.zeros(1),
-        shared_offset=np.zeros((joints, 3)),
-        shared_offset_column=np.full(joints, NO_COLUMN, np.int64),
     )
 
 
@@ -154,17 +189,17 @@ def with_imu(
         heading: Of its world in map [rad].
         covariance: Of mounting and heading, (4, 4) [rad²].
     """
-    column = int(state.imu_column[link])
+    column = int(state.imus.column[link])
     if column == NO_COLUMN:
         column = len(state.P)
-        state.imu_column[link] = column
+        state.imus.column[link] = column
         state = _grown(state, IMU_STATES)
     own = slice(column, column + IMU_STATES)
     state.P[own, :] = 0.0
     state.P[:, own] = 0.0
     state.P[own, own] = covariance
-    state.R_sensor_link[link] = R_sensor_link
-    state.heading[link] = heading
+    state.imus.R_sensor_link[link] = R_sensor_link
+    state.imus.heading[link] = heading
     return state
 
 
@@ -177,9 +212,9 @@ def with_shared_offset(state: FilterState, joint: int, variance: float) -> Filte
         variance: Prior variance of the offset [m²]; 0: none.
     """
     column = len(state.P)
-    if variance == 0.0 or state.shared_offset_column[joint] != NO_COLUMN:
+    if variance == 0.0 or state.shared.column[joint] != NO_COLUMN:
         return state
-    state.shared_offset_column[joint] = column
+    state.shared.column[joint] = column
     state = _grown(state, SHARED_OFFSET_STATES)
     for i in range(column, len(state.P)):
         state.P[i, i] = variance
@@ -194,8 +229,8 @@ def _grown(state: FilterState, columns: int) -> FilterState:
 @compiled_in_place
 def another_camera_sends(state: FilterState, sensor: int) -> bool:
     """Whether another camera than this one sends frames."""
-    for other in range(len(state.silent_s)):
-        if other != sensor and state.silent_s[other] < CAMERA_TIMEOUT_S:
+    for other in range(len(state.views.silent_s)):
+        if other != sensor and state.views.silent_s[other] < CAMERA_TIMEOUT_S:
             return True
     return False
 
@@ -204,9 +239,9 @@ def another_camera_sends(state: FilterState, sensor: int) -> bool:
 def views_apart_variance(state: FilterState, axis: int) -> float:
     """Mean square distance [m²] of the cameras' views from the state, along one axis of map."""
     squared, cameras = 0.0, 0
-    for sensor in range(len(state.silent_s)):
-        if state.silent_s[sensor] < CAMERA_TIMEOUT_S:
-            squared += state.view_apart[sensor, axis] ** 2
+    for sensor in range(len(state.views.silent_s)):
+        if state.views.silent_s[sensor] < CAMERA_TIMEOUT_S:
+            squared += state.views.apart[sensor, axis] ** 2
             cameras += 1
     return squared / max(cameras, 1)
 
@@ -225,12 +260,12 @@ def inject_error(state: FilterState, error: FloatArray) -> None:
     for link in range(layout.links):
         at = rotation_column(link)
         rotate_left(error[at], error[at + 1], error[at + 2], pose.rotations[link])
-        own = state.imu_column[link]
+        own = state.imus.column[link]
         if own != NO_COLUMN:
-            rotate_right(error[own], error[own + 1], error[own + 2], state.R_sensor_link[link])
-            state.heading[link] += error[own + 3]
-    for joint in range(len(state.shared_offset)):
-        own = state.shared_offset_column[joint]
+            rotate_right(error[own], error[own + 1], error[own + 2], state.imus.R_sensor_link[link])
+            state.imus.heading[link] += error[own + 3]
+    for joint in range(len(state.shared.offset)):
+        own = state.shared.column[joint]
         if own != NO_COLUMN:
             for axis in range(3):
-                state.shared_offset[joint, axis] += error[own + axis]
+                state.shared.offset[joint, axis] += error[own + axis]

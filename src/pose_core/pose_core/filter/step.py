@@ -54,13 +54,13 @@ def update_with_imus(
         imus: Samples of the IMUs whose alignment is in the state.
         information: (links, 3, 3) [1/rad²] on each link's rotation; the IMUs' share is added.
     """
-    state.has_imu[:] = False
+    state.imus.is_used[:] = False
     for link in imus.links:
-        state.has_imu[link] = True
+        state.imus.is_used[link] = True
     count = len(imus.links)
     if count == 0:
         return True
-    is_unseen = min(state.silent_s) > CAMERA_TIMEOUT_S
+    is_unseen = min(state.views.silent_s) > CAMERA_TIMEOUT_S
     posture_rows = most_posture_rows(constants.posture) if is_unseen else 0
     rows = make_rows(6 * count + posture_rows, 2 * count + posture_rows, len(state.P))
     add_imu_rows(constants.imu, state, imus, rows)
@@ -110,8 +110,8 @@ def update_with_frame(
     result = robust_update(constants.frame_update, state, rows)
     if not result.is_finite:
         return False, 0, np.nan, np.nan
-    gap_s = min(state.silent_s[frame.sensor], LONGEST_STEP_S)
-    state.silent_s[frame.sensor] = 0.0
+    gap_s = min(state.views.silent_s[frame.sensor], LONGEST_STEP_S)
+    state.views.silent_s[frame.sensor] = 0.0
     update = FrameUpdate(frame, view, gap_s, rows, joint_groups, result)
     update_tracker_errors(constants.tracker_errors, update, state)
     note_foot_height(view.positions, gap_s, state)

@@ -83,7 +83,7 @@ def update_tracker_errors(
 @compiled_in_place
 def estimate_offsets(update: FrameUpdate, state: FilterState) -> None:
     """Update the offsets of the views and their variances with one frame's residuals."""
-    sensor, sensors = update.frame.sensor, len(state.silent_s)
+    sensor, sensors = update.frame.sensor, len(state.views.silent_s)
     if sensors < 2:
         return
     rows, result, residual = update.rows, update.result, update.rows.residual
@@ -91,7 +91,7 @@ def estimate_offsets(update: FrameUpdate, state: FilterState) -> None:
     for group in range(update.joints):
         joint, first = rows.source[group], rows.first[group]
         noise = rows.noise[group]
-        variance = state.offset_variance[sensor, joint]
+        variance = state.views.offset_variance[sensor, joint]
         total = (noise[0, 0] + noise[1, 1] + noise[2, 2]) / result.weights[group]
         for axis in range(3):
             total += result.HPHt[first + axis, first + axis]
@@ -99,11 +99,11 @@ def estimate_offsets(update: FrameUpdate, state: FilterState) -> None:
         x, y, z = gain * residual[first], gain * residual[first + 1], gain * residual[first + 2]
         change = (c * x + s * y, c * y - s * x, z)
         for axis in range(3):
-            state.offset[sensor, joint, axis] += change[axis]
+            state.views.offset[sensor, joint, axis] += change[axis]
             for other in range(sensors):
                 if other != sensor:
-                    state.offset[other, joint, axis] -= change[axis] / (sensors - 1)
-        state.offset_variance[sensor, joint] *= 1.0 - gain
+                    state.views.offset[other, joint, axis] -= change[axis] / (sensors - 1)
+        state.views.offset_variance[sensor, joint] *= 1.0 - gain
 
 
 @compiled_in_place
@@ -111,7 +111,7 @@ def estimate_view_apart(update: FrameUpdate, state: FilterState) -> None:
     """Update the mean distance of a view's joints from the predicted ones."""
     if update.joints == 0:
         return
-    apart = state.view_apart[update.frame.sensor]
+    apart = state.views.apart[update.frame.sensor]
     share = 1.0 - np.exp(-update.gap_s / VIEW_APART_MEMORY_S)
     for axis in range(3):
         total = 0.0
@@ -136,11 +136,11 @@ def estimate_delay(
     """
     frame, view, rows, weights = update.frame, update.predicted, update.rows, update.result.weights
     group_of = joint_groups(update)
-    sums, delay_s = state.delay_sums[frame.sensor], state.delay[frame.sensor]
+    sums, delay_s = state.views.delay_sums[frame.sensor], state.views.delay[frame.sensor]
     sums *= np.exp(-update.gap_s / constants.delay_memory_s)
     for link in range(len(constants.ends)):
         start, end = constants.starts[link], constants.ends[link]
-        if not state.has_imu[link] or start < 0:
+        if not state.imus.is_used[link] or start < 0:
             continue
         first, last = group_of[start], group_of[end]
         if first < 0 or last < 0:
@@ -153,7 +153,7 @@ def estimate_delay(
             sums[link, 0] += weight * v * v
             sums[link, 1] += weight * v * (delay_s * v - DELAY_GAIN * r)
     delay_s = combined_delay(constants, sums)[0]
-    state.delay[frame.sensor] = min(max(delay_s, SHORTEST_DELAY_S), LONGEST_DELAY_S)
+    state.views.delay[frame.sensor] = min(max(delay_s, SHORTEST_DELAY_S), LONGEST_DELAY_S)
 
 
 @compiled
@@ -203,7 +203,7 @@ def combined_delay(
 @compiled
 def smooth_nis(constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState) -> None:
     """Update a camera's smoothed NIS of each joint; of joints that it does not track it decays."""
-    frame, smoothed = update.frame, state.smoothed_nis[update.frame.sensor]
+    frame, smoothed = update.frame, state.views.smoothed_nis[update.frame.sensor]
     share = 1.0 - np.exp(-update.gap_s / constants.nis_memory_s)
     smoothed *= 1.0 - share
     for group in range(update.joints):
@@ -217,15 +217,15 @@ def add_contradictions(
     constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState
 ) -> None:
     """Update for how long all cameras have contradicted each link, by their smoothed NIS."""
-    passed_s = update.gap_s / len(state.silent_s)  # that this frame stands for
-    is_single = np.sum(state.silent_s < CAMERA_TIMEOUT_S) == 1
+    passed_s = update.gap_s / len(state.views.silent_s)  # that this frame stands for
+    is_single = np.sum(state.views.silent_s < CAMERA_TIMEOUT_S) == 1
     if is_single:
         passed_s *= WEIGHT_OF_ONE
     most = CONTRADICTED_BY_ONE if is_single else CONTRADICTED
     for link in range(len(constants.ends)):
         least = np.inf
-        for sensor in range(len(state.silent_s)):
-            if state.silent_s[sensor] < CAMERA_TIMEOUT_S:
-                least = min(least, state.smoothed_nis[sensor, constants.ends[link]])
+        for sensor in range(len(state.views.silent_s)):
+            if state.views.silent_s[sensor] < CAMERA_TIMEOUT_S:
+                least = min(least, state.views.smoothed_nis[sensor, constants.ends[link]])
         change_s = passed_s if least > most else -passed_s
-        state.contradicted_s[link] = max(state.contradicted_s[link] + change_s, 0.0)
+        state.imus.contradicted_s[link] = max(state.imus.contradicted_s[link] + change_s, 0.0)

@@ -32,14 +32,14 @@ LARGEST_DIFFERENCE = 4.0  # [-] in standard deviations, to which differences are
 @compiled_in_place
 def noise_scale(state: FilterState) -> float:
     """Factor [-] of the variance of a visible joint."""
-    return min(max(np.sqrt(state.view_noise[0]), LEAST_SCALE), LARGEST_SCALE)
+    return min(max(np.sqrt(state.views.noise[0]), LEAST_SCALE), LARGEST_SCALE)
 
 
 @compiled
 def estimate_view_noise(update: FrameUpdate, state: FilterState) -> None:
     """Update the noise by the differences between a frame and the other cameras' last ones."""
     frame, predicted = update.frame, update.predicted
-    residual = state.view_residual[frame.sensor]
+    residual = state.views.residual[frame.sensor]
     residual[:] = np.nan
     for group in range(update.joints):
         joint = update.rows.source[group]
@@ -47,13 +47,13 @@ def estimate_view_noise(update: FrameUpdate, state: FilterState) -> None:
         if is_tracked and predicted.occlusion[joint] < VISIBLE:
             residual[joint] = frame.positions[joint, 2] - predicted.positions[joint, 2]
     share = 1.0 - np.exp(-update.gap_s / LEARNING_S)
-    limit = LARGEST_DIFFERENCE * np.sqrt(2.0 * USUAL_VARIANCE * state.view_noise[0])
-    for other in range(len(state.silent_s)):
-        if other == frame.sensor or state.silent_s[other] > NEWEST_S:
+    limit = LARGEST_DIFFERENCE * np.sqrt(2.0 * USUAL_VARIANCE * state.views.noise[0])
+    for other in range(len(state.views.silent_s)):
+        if other == frame.sensor or state.views.silent_s[other] > NEWEST_S:
             continue
-        difference = residual - state.view_residual[other]
+        difference = residual - state.views.residual[other]
         difference = difference[np.isfinite(difference)]
         if len(difference) >= LEAST_JOINTS:
             difference = np.minimum(np.maximum(difference, -limit), limit)
             relative = 0.5 * np.var(difference) / USUAL_VARIANCE
-            state.view_noise[0] += share * (relative - state.view_noise[0])
+            state.views.noise[0] += share * (relative - state.views.noise[0])
