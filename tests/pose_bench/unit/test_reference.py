@@ -39,6 +39,7 @@ CAMERAS = np.array([[3.0, 0.5, 1.2], [0.5, 3.0, 1.2]])
 WORN = (0, 1, 3, 4, 5, 6, 7, 8, 9)
 FAR_JOINTS = [JOINT_INDEX[far] for _, far in LIMB_ENDS.values()]
 
+
 def test_a_link_shares_its_parents_acceleration():
     """Accelerations a = own + carried times the parent's: (I - C) a = own."""
     motion, names = FilterTuning().motion, [without_side(name) for name in MODEL.link_names]
