@@ -15,7 +15,7 @@ from viewed_graph import Session, executable, serving, viewed_graph
 
 LIVE_AT_S = 33.0  # [s] earliest time of the live screenshot in the session
 DURATION_S = 70.0  # [s] duration of the recorded session
-LONGEST_S = 200.0  # [s] for a screenshot on a slow machine
+MAX_DURATION_S = 200.0  # [s] for a screenshot on a slow machine
 SIZE = {"width": 1440, "height": 800}
 SLOW_MS = 120_000  # [ms] time limit without a graphics card
 
@@ -40,7 +40,7 @@ def main() -> None:
 def _run_graph(options: argparse.Namespace, folder: Path, browser: LocalBrowser) -> Path:
     """Take the live screenshot; record another run, without a browser's load."""
     session = Session(choreography=options.choreography, seed=options.seed, duration_s=DURATION_S)
-    longer = replace(session, duration_s=LONGEST_S)
+    longer = replace(session, duration_s=MAX_DURATION_S)
     with viewed_graph(longer, folder / "live", "record:=false") as graph:
         page = _open(browser, graph.address)
         page.wait_for_timeout(1e3 * graph.left_s(LIVE_AT_S))

@@ -18,7 +18,7 @@ from pose_io.recordings.recording import Recording
 from pose_io.recordings.timeline import StreamTimeline
 
 NOMINAL_INTERVAL_NS = 33_333_333  # [ns] for a recording of one frame
-LONGEST_WAIT_NS = 1_000_000_000
+MAX_WAIT_NS = 1_000_000_000
 CATCH_UP = 4  # [-] largest speed-up of a late replay: receivers' queues hold five frames
 
 
@@ -125,4 +125,4 @@ class Replay:
         if stamp_ns is None:
             return None
         shortest_ns = round(self._interval_ns / self._rate / CATCH_UP)
-        return max(min(stamp_ns - now_ns, LONGEST_WAIT_NS), shortest_ns)
+        return max(min(stamp_ns - now_ns, MAX_WAIT_NS), shortest_ns)

@@ -16,7 +16,7 @@ STRETCHES = np.arange(0.9, 1.301, 0.02)  # [-] true time over nominal time
 SHIFTS_S = np.arange(-0.4, 0.401, 0.04)  # [s]
 Pair = tuple[FloatArray, NDArray[np.complex128], FloatArray]
 """Nominal times [s] of a view's angle, the angle on the unit circle, and the true angle [rad]."""
-LEAST_COMMON = 0.8  # [-] required share of the other system's instants
+MIN_COMMON = 0.8  # [-] required share of the other system's instants
 
 
 def time_stretch(view: AngleSeries, other: AngleSeries, angles: Sequence[str]) -> float:
@@ -40,7 +40,7 @@ def time_stretch(view: AngleSeries, other: AngleSeries, angles: Sequence[str]) -
         for shift_s in SHIFTS_S:
             instants = (true_times - shift_s) / stretch
             seen = (instants >= times[0]) & (instants <= times[-1])
-            if seen.mean() < LEAST_COMMON:
+            if seen.mean() < MIN_COMMON:
                 continue
             error = _spread(pairs, instants, seen)
             if error < least:

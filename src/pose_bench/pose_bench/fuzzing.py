@@ -18,10 +18,10 @@ from typing import Any
 
 from pose_core.errors import PoseError
 
-MOST_BYTES = 65_536  # [bytes] of an input
+MAX_BYTES = 65_536  # [bytes] of an input
 TRACED = 8  # one in so many cases is traced, as tracing costs ten times the case
 SLOW_S = 5.0  # [s] CPU time after which a case counts as hanging
-MOST_GROWN_MB = 300.0  # [MB] largest growth of memory per target
+MAX_GROWN_MB = 300.0  # [MB] largest growth of memory per target
 KEPT = 2_000  # largest corpus of a target
 INTERESTING = (
     b"1e308", b"-1e308", b"1e9999999", b"nan", b"inf", b"-0", b"0x10", b"1_0", b"\xff\xff\xff\xff",
@@ -132,7 +132,7 @@ def mutated(data: bytes, rng: random.Random, corpus: Sequence[bytes]) -> bytes:
     changed = bytearray(data)
     for _ in range(1 << rng.randrange(4)):
         rng.choice(CHANGES)(changed, rng, corpus)
-    return bytes(changed[:MOST_BYTES])
+    return bytes(changed[:MAX_BYTES])
 
 
 def _place(data: bytes | bytearray, rng: random.Random) -> int:
@@ -157,7 +157,7 @@ def _cut(data: bytearray, rng: random.Random, _corpus: Sequence[bytes]) -> None:
 def _repeat(data: bytearray, rng: random.Random, _corpus: Sequence[bytes]) -> None:
     at = _place(data, rng)
     piece = data[at : at + 1 + rng.randrange(64)]
-    data[at:at] = piece * min(rng.choice((1, 2, 30, 500)), MOST_BYTES // max(len(piece), 1))
+    data[at:at] = piece * min(rng.choice((1, 2, 30, 500)), MAX_BYTES // max(len(piece), 1))
 
 
 def _insert(data: bytearray, rng: random.Random, _corpus: Sequence[bytes]) -> None:

@@ -22,7 +22,7 @@ from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.joints import JOINT_INDEX, JOINTS, LIMB_ENDS
 
 CAMERAS, IMUS = 2, 9
-SHORTEST_S, LONGEST_S = 1e-6, 1.0  # [s] of a step; log-uniform
+MIN_DURATION_S, MAX_DURATION_S = 1e-6, 1.0  # [s] of a step; log-uniform
 FRAMES = 3000  # of the motion, which is repeated
 MOVES, REALIGNED, UNRELATED = 0.002, 0.001, 0.01  # [-] probability for each step
 OUTLIERS = 0.1  # [-] of the visible joints, in one frame of four
@@ -54,7 +54,7 @@ def random_steps(count: int, seed: int) -> Iterator[Checks]:
     checks, now = Checks(), 0
     for step in range(count):
         now = int(rng.integers(FRAMES)) if rng.random() < MOVES else (now + 1) % FRAMES
-        dt_s = np.exp(rng.uniform(np.log(SHORTEST_S), np.log(LONGEST_S)))
+        dt_s = np.exp(rng.uniform(np.log(MIN_DURATION_S), np.log(MAX_DURATION_S)))
         if rng.random() < REALIGNED:
             state = _realigned(state, rng)
         predict(constants.motion, state, dt_s)

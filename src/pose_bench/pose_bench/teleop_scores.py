@@ -16,7 +16,7 @@ from pose_teleop.parameters import ArmParameters
 from pose_teleop.robot_arm import RobotArm
 from pose_teleop.robot_files import load_robot
 
-LONGEST_NS = 100_000_000  # [ns] longest interval between targets without an interruption
+MAX_STEP_NS = 100_000_000  # [ns] longest interval between targets without an interruption
 TRAJECTORY = "/arm/joint_trajectory"
 
 
@@ -71,7 +71,9 @@ def score_teleop(bag_path: Path) -> TeleopScores:
     return TeleopScores(
         commands=len(command.stamps_ns),
         # Only while a person is followed, targets are published.
-        followed=float(steps_ns[steps_ns < LONGEST_NS].sum() / max(np.ptp(command.recorded_ns), 1)),
+        followed=float(
+            steps_ns[steps_ns < MAX_STEP_NS].sum() / max(np.ptp(command.recorded_ns), 1)
+        ),
         tool_mm=_tool_errors_mm(arm, target, measured),
         latency_ms=(command.recorded_ns - command.stamps_ns)[is_new] * 1e-6,
         jerk=_largest_jerk(sent_ns, acceleration) / float(limits.jerk.max()),

@@ -13,7 +13,7 @@ from pose_core.api import (
 )
 
 MODEL = "default"  # body model that a calibration measures
-MOST_SAMPLES = 4000  # [-] used for the measures
+MAX_SAMPLES = 4000  # [-] used for the measures
 
 
 def measure_body(
@@ -29,7 +29,7 @@ def measure_body(
         The measures; None if a joint was tracked too rarely.
     """
     model = load_body_model(MODEL)
-    tracked = [one.tracked for one in samples[:: max(1, len(samples) // MOST_SAMPLES)]]
+    tracked = [one.tracked for one in samples[:: max(1, len(samples) // MAX_SAMPLES)]]
     if not tracked:
         return None
     try:

@@ -45,11 +45,11 @@ from pose_core.stamps import NS_PER_S
 
 MAX_CLOCK_OFFSET_S = 0.5  # [s] of the search
 FARTHEST_CLOCK_OFFSET_S = 5.0  # [s] of a second search, if the first finds no offset
-LEAST_CLOCK_OFFSET_S = 0.01  # [s] smaller ones are as likely a tracker's lag
-MOST_APART_S = 0.9  # [s] of stamps recorded together; from a second on, time would run backwards
+MIN_CLOCK_OFFSET_S = 0.01  # [s] smaller ones are as likely a tracker's lag
+MAX_APART_S = 0.9  # [s] of stamps recorded together; from a second on, time would run backwards
 RECORDED_STDDEV_S = 0.1  # [s] of an offset by the stamps of samples that were recorded together
 TOGETHER = 1000  # [-] blocks of IMUs' samples that are stored at once
-MOST_TRIED = 3  # [-] people tried, one after the other
+MAX_TRIED = 3  # [-] people tried, one after the other
 
 Frame = Sequence[SkeletonSample]
 """All persons that a sensor saw at one instant."""
@@ -133,7 +133,7 @@ def calibrate_people(
     person = "" if parameters is None else parameters.person
     candidates = _candidates(frames_kept, sensors, person)
     failure: CalibrationError | None = None
-    for samples in candidates[:MOST_TRIED]:
+    for samples in candidates[:MAX_TRIED]:
         try:
             found = calibrate([*samples, *blocks], sensors, parameters)
         except CalibrationError as error:
@@ -152,7 +152,7 @@ def calibrate_people(
 def complete(frames: Iterable[Frame | ImuBlock], extrinsics: Extrinsics) -> Extrinsics:
     """Known poses of a recorded session's sensors, with what they lack: clocks and body measures.
 
-    Offsets of clocks below :data:`LEAST_CLOCK_OFFSET_S` are left out.
+    Offsets of clocks below :data:`MIN_CLOCK_OFFSET_S` are left out.
 
     Args:
         frames: See :func:`calibrate_people`.
@@ -175,7 +175,7 @@ def complete(frames: Iterable[Frame | ImuBlock], extrinsics: Extrinsics) -> Extr
     clocks = {
         name: clock
         for name, clock in clocks.items()
-        if abs(offsets[name].estimate_s) + abs(clock.drift) * duration_s > LEAST_CLOCK_OFFSET_S
+        if abs(offsets[name].estimate_s) + abs(clock.drift) * duration_s > MIN_CLOCK_OFFSET_S
     }
     extrinsics = replace(extrinsics, clocks=clocks)
     if memory.segments:
@@ -227,7 +227,7 @@ def _with_recorded_stamps(
             apart_ns.setdefault(source, []).append(clock.to_reference(newest_ns) - reference_ns)
     for source, differences in apart_ns.items():
         apart_s = float(np.median(differences)) / NS_PER_S
-        if abs(apart_s) <= MOST_APART_S:
+        if abs(apart_s) <= MAX_APART_S:
             continue
         if source != IMUS:
             raise InputError(

@@ -15,12 +15,12 @@ from pose_core.api import ANGLES, AngleSeries, FloatArray, IntArray
 from pose_core.joints import SIDES
 from pose_evaluation.range_of_motion import RATE, smoothed
 
-LEAST_SWING = 10.0  # [deg] smallest range of an angle with cycles
-LEAST_PROMINENCE = 0.4  # [-] smallest prominence of a peak, relative to the range
-SHORTEST_S, LONGEST_S = 0.4, 6.0  # [s] duration of a cycle
+MIN_SWING = 10.0  # [deg] smallest range of an angle with cycles
+MIN_PROMINENCE = 0.4  # [-] smallest prominence of a peak, relative to the range
+MIN_DURATION_S, MAX_DURATION_S = 0.4, 6.0  # [s] duration of a cycle
 LIKE_LENGTH = 0.3  # [-] largest relative difference of a duration from the median
 LIKE_COURSE = 0.8  # [-] smallest correlation of a cycle with the median of all
-LEAST_CYCLES = 3
+MIN_CYCLES = 3
 PERCENT = np.linspace(0.0, 100.0, 101)  # [%] of the cycle
 LEGS_FIRST = 1.5  # [-] ratio of cycles above which an arm's angle is preferred to a leg's
 
@@ -89,7 +89,7 @@ def cycle_curves(series: AngleSeries, cycles: Cycles) -> dict[str, CycleCurve]:
             [_course(smooth[angle], *limits) for limits in zip(starts, ends, strict=True)]
         )
         courses = np.degrees(courses[np.isfinite(courses).all(axis=1)])
-        if len(courses) >= LEAST_CYCLES:
+        if len(courses) >= MIN_CYCLES:
             ranges = np.ptp(courses, axis=1)
             curves[angle] = CycleCurve(
                 mean_deg=courses.mean(axis=0),
@@ -104,15 +104,15 @@ def cycle_curves(series: AngleSeries, cycles: Cycles) -> dict[str, CycleCurve]:
 def _regular(degrees: FloatArray) -> list[tuple[int, int]]:
     """Pairs of successive peaks, as indices, that bound similar cycles."""
     swing = _swing(degrees)
-    if swing < LEAST_SWING:
+    if swing < MIN_SWING:
         return []
     filled = np.where(np.isfinite(degrees), degrees, np.nanmin(degrees))
-    prominence = max(0.5 * LEAST_SWING, LEAST_PROMINENCE * swing)
-    peaks, _ = find_peaks(filled, prominence=prominence, distance=round(SHORTEST_S * RATE))
+    prominence = max(0.5 * MIN_SWING, MIN_PROMINENCE * swing)
+    peaks, _ = find_peaks(filled, prominence=prominence, distance=round(MIN_DURATION_S * RATE))
     pairs = [
         (int(a), int(b))
         for a, b in pairwise(peaks)
-        if b - a <= LONGEST_S * RATE and np.isfinite(degrees[a : b + 1]).all()
+        if b - a <= MAX_DURATION_S * RATE and np.isfinite(degrees[a : b + 1]).all()
     ]
     return _of_like_course(degrees, _of_like_length(pairs))
 
@@ -125,7 +125,7 @@ def _of_like_length(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
         near = np.abs(lengths - middle) <= LIKE_LENGTH * middle
         if near.sum() > len(best):
             best = [pair for pair, is_near in zip(pairs, near, strict=True) if is_near]
-    return best if len(best) >= LEAST_CYCLES else []
+    return best if len(best) >= MIN_CYCLES else []
 
 
 def _of_like_course(degrees: FloatArray, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -143,7 +143,7 @@ def _of_like_course(degrees: FloatArray, pairs: list[tuple[int, int]]) -> list[t
     # Isolated cycles, not directly before or after another one, are left out.
     begins, ends = {begin for begin, _ in alike}, {end for _, end in alike}
     kept = [(begin, end) for begin, end in alike if begin in ends or end in begins]
-    return kept if len(kept) >= LEAST_CYCLES else []
+    return kept if len(kept) >= MIN_CYCLES else []
 
 
 def _course(values: FloatArray, begin: float, end: float) -> FloatArray:

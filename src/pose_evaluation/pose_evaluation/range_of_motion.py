@@ -21,7 +21,7 @@ from pose_core.api import (
 
 RATE = 100.0  # [Hz]
 CUTOFF = 6.0  # [Hz]
-LONGEST_GAP_S = 0.5  # [s] longest gap that is interpolated
+MAX_GAP_S = 0.5  # [s] longest gap that is interpolated
 SMALL = 5.0  # [deg] smallest range with a symmetry index
 
 
@@ -67,7 +67,7 @@ def smoothed(series: AngleSeries) -> tuple[IntArray, dict[str, FloatArray]]:
         return np.zeros(0, np.int64), {name: np.zeros(0) for name in ANGLES}
     step_ns = round(1e9 / RATE)
     stamps_ns = np.arange(series.stamps_ns[0], series.stamps_ns[-1] + 1, step_ns, dtype=np.int64)
-    angles = without_sideways_flexion(series.at(stamps_ns, LONGEST_GAP_S))
+    angles = without_sideways_flexion(series.at(stamps_ns, MAX_GAP_S))
     return stamps_ns, {name: anatomical(_low_pass(values)) for name, values in angles.items()}
 
 

@@ -14,8 +14,8 @@ from pose_evaluation.time_shift import estimate_angle_shift, moving, pooled_corr
 from pose_io.references.reference import Reference
 
 COARSE_RATE = 25.0  # [Hz] of the search; refined afterwards
-LEAST_OVERLAP_S = 1.0  # [s]
-LEAST_SHARE = 0.5  # [-] smallest overlap, relative to the shorter recording
+MIN_OVERLAP_S = 1.0  # [s]
+MIN_SHARE = 0.5  # [-] smallest overlap, relative to the shorter recording
 APART_S = 0.5  # [s] smallest distance of the next best shift from the best
 WEAK = 0.5  # [-] smallest accepted correlation
 DOUBTFUL = 0.7  # [-] correlation below which another instant must not fit nearly as well
@@ -62,7 +62,7 @@ def align_reference(
     overlap_ns = min(known.stamps_ns[-1], recording.stamps_ns[-1]) - max(
         known.stamps_ns[0], recording.stamps_ns[0]
     )
-    if overlap_ns >= LEAST_OVERLAP_S * 1e9:
+    if overlap_ns >= MIN_OVERLAP_S * 1e9:
         return reference, ReferenceAlignment(
             begins_at_s=_seconds(known, recording),
             shares_clock=True,
@@ -116,7 +116,7 @@ def _correlations(reference: AngleSeries, recording: AngleSeries) -> tuple[Float
     lags, scores = pooled_correlations(expected[:, moves], found[:, moves])
     overlap = np.minimum(len(expected), len(found) - lags) - np.maximum(0, -lags)
     shorter = min(len(expected), len(found))
-    enough = overlap >= max(LEAST_OVERLAP_S * COARSE_RATE, LEAST_SHARE * shorter)
+    enough = overlap >= max(MIN_OVERLAP_S * COARSE_RATE, MIN_SHARE * shorter)
     return lags / COARSE_RATE, np.where(enough, scores, np.nan)
 
 

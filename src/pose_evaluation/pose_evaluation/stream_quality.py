@@ -22,7 +22,7 @@ STEP = np.radians(10.0)  # [rad] largest accepted step after a silence
 SIGMAS = 3.0
 SILENCE_NS = 100_000_000  # [ns] a longer interval is a silence
 START_S = 2.0  # [s] duration of a start, also after a silence
-MOST_CHATTER = 2.0  # [-] of the start
+MAX_CHATTER = 2.0  # [-] of the start
 RATE_TOLERANCE = 0.02  # [-] of the rate
 
 
@@ -66,7 +66,7 @@ class StreamQuality:
             "limits": self.outside == 0,
             "steps": self.steps_beyond_stddev == 0,
             "step after silence": not self.step_after_silence_deg > np.degrees(STEP),
-            "calm start": not self.start_chatter > MOST_CHATTER,
+            "calm start": not self.start_chatter > MAX_CHATTER,
             "stamps": self.ahead + self.backwards + self.repeated == 0,
             "rate": abs(self.rate - rate) <= RATE_TOLERANCE * rate,
         }

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from pose_core.stamps import NS_PER_S
 
-LEAST_S = 1.0  # [s] a shorter time is not named
-LONGEST_STEP_S = 0.1  # [s] between two estimates; a longer time is without any
+MIN_DURATION_S = 1.0  # [s] a shorter time is not named
+MAX_STEP_S = 0.1  # [s] between two estimates; a longer time is without any
 BY_KINECT, BY_IMU = 1, 2  # bits of an estimate's source
 ALL_OF_IT = 0.95  # [-] share of the time with estimates
 
@@ -29,14 +29,14 @@ def unseen_line(
     if not len(seen):
         return ""
     lengths_s = np.diff(np.append(stamps_ns[seen], max(end_ns, stamps_ns[-1]))) / NS_PER_S
-    unseen = np.flatnonzero(lengths_s > LEAST_S)
+    unseen = np.flatnonzero(lengths_s > MIN_DURATION_S)
     if not len(unseen):
         return ""
     longest = unseen[lengths_s[unseen].argmax()]
     total_s = lengths_s[unseen].sum()
     steps_s = np.diff(stamps_ns) / NS_PER_S
     of_unseen = np.isin(np.searchsorted(seen, np.arange(len(steps_s)), side="right") - 1, unseen)
-    with_estimates = of_unseen & (steps_s <= LONGEST_STEP_S)
+    with_estimates = of_unseen & (steps_s <= MAX_STEP_S)
     known_s = steps_s[with_estimates].sum()
     begin_s = (stamps_ns[seen[longest]] - begin_ns) / NS_PER_S
     more = f" (and {len(unseen) - 1} more, {total_s:.1f} s in all)" if len(unseen) > 1 else ""
@@ -44,7 +44,7 @@ def unseen_line(
     held = "poses by the IMUs alone" if by_imus else "poses by prediction"
     if known_s < ALL_OF_IT * total_s:
         held += f" for {known_s:.1f} s of it, then none"
-    if known_s < LONGEST_STEP_S:
+    if known_s < MAX_STEP_S:
         held = "no poses"
     when = f"for {lengths_s[longest]:.1f} s from {begin_s:.1f} s{more}"
     return f"no camera saw the person {when}: {held}"

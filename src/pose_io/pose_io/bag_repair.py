@@ -22,7 +22,7 @@ END = (
     + MAGIC
 )  # fmt: skip
 KINDS = range(HEADER_KIND, DATA_END_KIND + 1)
-LEAST_DEPTH = 10  # [messages] that a topic's publisher offers when it is played
+MIN_DEPTH = 10  # [messages] that a topic's publisher offers when it is played
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +162,7 @@ def _rewrite(path: Path, output: Path, progress: Callable[[float], None] | None)
                 topic.msgtype,
                 latched=topic.latched,
                 reliable=all(reliable),
-                depth=max(LEAST_DEPTH, *depths) if depths else LEAST_DEPTH,
+                depth=max(MIN_DEPTH, *depths) if depths else MIN_DEPTH,
             )
         for batch in bag.batches():
             for connection, stamp_ns, data in batch:

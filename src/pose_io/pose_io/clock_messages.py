@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # slow to import, and live nodes do not need it
     from pose_io.bags import BagReader
 
 CLOCK_TOPIC = re.compile(r"(?:^|/)clock_offsets$")
-LARGEST_OFFSET_NS = 86_400 * NS_PER_S  # [ns] of a clock that anybody has set
+MAX_OFFSET_NS = 86_400 * NS_PER_S  # [ns] of a clock that anybody has set
 DRIFT_OVER_NS = 120 * NS_PER_S  # [ns] duration of messages from which on a drift is estimated
 
 
@@ -27,8 +27,8 @@ def clock_of(message: Any) -> Clock:
     """
     at_ns = nanoseconds(message.time_ref)
     offset_ns = at_ns - nanoseconds(message.header.stamp)
-    if abs(offset_ns) > LARGEST_OFFSET_NS:
-        days = offset_ns / LARGEST_OFFSET_NS
+    if abs(offset_ns) > MAX_OFFSET_NS:
+        days = offset_ns / MAX_OFFSET_NS
         raise InputError(
             f"the clock of '{message.source}' is {days:+.0f} days ahead of the reference "
             "sensor's, expected less than one: time_ref and header.stamp are of "

@@ -22,7 +22,7 @@ from pose_launch.processes import Process
 from pose_node.child_process import end_with_parent
 
 RECOVERED_S = 10.0  # [s] lifetime after which the delay is reset
-LONGEST_DELAY_S = 30.0  # [s]
+MAX_DELAY_S = 30.0  # [s]
 
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -51,7 +51,7 @@ class BackOff:
     def delay_s(self, lived_s: float) -> float:
         """The delay [s] after a process that has run for ``lived_s`` [s]."""
         delay_s = self._first_s if lived_s >= RECOVERED_S else self._next_s
-        self._next_s = max(self._first_s, min(2.0 * delay_s, LONGEST_DELAY_S))
+        self._next_s = max(self._first_s, min(2.0 * delay_s, MAX_DELAY_S))
         return delay_s
 
 

@@ -16,7 +16,7 @@ from pose_sim.sizes import size
 
 Profile = Callable[[FloatArray], FloatArray]
 EXTRA_CHANNELS = ("clearance",)  # [m] of the lower foot above the floor, in a jump
-MOST_DEGREES = {"shoulder_flexion": 176.0, "shoulder_abduction": 87.0, "knee_flexion": 140.0}
+MAX_DEGREES = {"shoulder_flexion": 176.0, "shoulder_abduction": 87.0, "knee_flexion": 140.0}
 """Largest angles with variation [deg]."""
 
 
@@ -87,7 +87,7 @@ class AngleTimeline:
             if not exact:
                 gain += self.variation.amplitude * self.vary()
                 gain *= self._side_gain.get(side, 1.0)
-            goal = float(np.radians(min(degrees * gain, MOST_DEGREES.get(angle, np.inf))))
+            goal = float(np.radians(min(degrees * gain, MAX_DEGREES.get(angle, np.inf))))
             self._moves[name].append((self.now, actual, goal - self._targets[name]))
             self._targets[name] = goal
         self.now += actual if advance is None else advance * self._tempo

@@ -21,7 +21,7 @@ from pose_teleop.robot_files import load_robot
 from pose_teleop.supervisor import TO_PERSON, ArmFault, State, Supervisor
 
 STOP_STEP_S = 0.02  # [s] between the points of the stopping trajectory
-LONGEST_STEP_S = 0.03  # [s] upper bound of the command's time step, after pauses of the process
+MAX_STEP_S = 0.03  # [s] upper bound of the command's time step, after pauses of the process
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +93,7 @@ class ArmController:
         if state is State.WAITING:
             self._begin_at_robot()
             return None
-        period_s = min(max(since_s, 0.0), LONGEST_STEP_S)
+        period_s = min(max(since_s, 0.0), MAX_STEP_S)
         if state in TO_PERSON:
             target, rate = self._wanted()
             self.limiter.follow(target, rate, period_s, self.supervisor.fastest)

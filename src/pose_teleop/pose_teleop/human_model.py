@@ -20,8 +20,8 @@ SIGNS = {side[0]: sign for side, sign in zip(SIDES, (1, -1), strict=True)}
 """Sign of the lateral axis by the first letter of a side."""
 HANGING = 0.02  # [rad] abduction of a shoulder below which its two rotations are not separable
 PI = float(np.pi)
-LARGEST_EFFORT = 1000.0  # [N m] required by URDF
-LARGEST_RATE = 50.0  # [rad/s] required by URDF
+MAX_EFFORT = 1000.0  # [N m] required by URDF
+MAX_RATE = 50.0  # [rad/s] required by URDF
 
 
 def joint_axes() -> dict[str, tuple[int, int, int]]:
@@ -138,7 +138,7 @@ def human_urdf(offsets: Mapping[str, FloatArray], body: str) -> str:
         if kind == "revolute":
             ElementTree.SubElement(found, "axis", xyz=" ".join(map(str, axes[joint])))
             turn = {"lower": f"{-2 * PI:.5f}", "upper": f"{2 * PI:.5f}"}
-            most = {"effort": f"{LARGEST_EFFORT:g}", "velocity": f"{LARGEST_RATE:g}"}
+            most = {"effort": f"{MAX_EFFORT:g}", "velocity": f"{MAX_RATE:g}"}
             ElementTree.SubElement(found, "limit", turn | most)
         return child
 

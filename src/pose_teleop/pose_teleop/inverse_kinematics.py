@@ -18,7 +18,7 @@ ELBOW_WEIGHT = 0.25  # [-] of the elbow's position, relative to the tool's
 DIRECTION_WEIGHT = 0.05  # [m/rad] of the tool's direction
 REST_WEIGHT = 0.02  # [m/rad] of the distance to the rest posture
 DAMPING = 0.02  # [m/rad]
-LARGEST_STEP = 0.3  # [rad] of a joint per iteration
+MAX_STEP = 0.3  # [rad] of a joint per iteration
 CONVERGED = 1e-4  # [rad]
 
 
@@ -43,7 +43,7 @@ def reach(arm: RobotArm, goal: ArmGoal, start: FloatArray, iterations: int) -> F
     q = np.clip(start, arm.lower, arm.upper)
     for _ in range(iterations):
         step = _step(arm, goal, q)
-        step *= min(1.0, LARGEST_STEP / (np.abs(step).max() + 1e-12))
+        step *= min(1.0, MAX_STEP / (np.abs(step).max() + 1e-12))
         before, q = q, np.clip(q + step, arm.lower, arm.upper)
         if np.abs(q - before).max() < CONVERGED:
             break

@@ -11,7 +11,7 @@ from pose_core.errors import InputError
 from pose_teleop.extras import require
 from pose_teleop.robot_files import RobotFile
 
-LONGEST_TURN = 6.3  # [rad] larger limits count as none
+MAX_TURN = 6.3  # [rad] larger limits count as none
 
 
 class RobotArm:
@@ -47,8 +47,8 @@ class RobotArm:
         if sorted(columns) != list(range(self.model.nq)):
             raise InputError(f"{robot.name}: a joint of the arm is not revolute with one angle")
         self._order = np.array(columns)
-        self.lower = np.clip(self.model.lowerPositionLimit[columns], -LONGEST_TURN, LONGEST_TURN)
-        self.upper = np.clip(self.model.upperPositionLimit[columns], -LONGEST_TURN, LONGEST_TURN)
+        self.lower = np.clip(self.model.lowerPositionLimit[columns], -MAX_TURN, MAX_TURN)
+        self.upper = np.clip(self.model.upperPositionLimit[columns], -MAX_TURN, MAX_TURN)
         top = robot.max_velocity or np.inf
         self.max_velocity = np.minimum(self.model.velocityLimit[columns], top)
         self.max_effort = self.model.effortLimit[columns]

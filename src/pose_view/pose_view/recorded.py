@@ -19,7 +19,7 @@ from pose_view.messages import body_snapshot, dof_snapshot, link_rotations
 from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot
 
 T = TypeVar("T")
-LONGEST_HOLD_S = 0.5  # [s] for which data are shown without an update
+MAX_HOLD_S = 0.5  # [s] for which data are shown without an update
 Progress = Callable[[float], None]
 """Called with the fraction of the recording that has been read, 0 to 1."""
 
@@ -30,11 +30,11 @@ STAMP = itemgetter(0)
 
 
 def latest(streams: Mapping[str, Stamped[T]], stamp_ns: int) -> dict[str, T]:
-    """Each stream's last item up to a stamp [ns], unless older than :data:`LONGEST_HOLD_S`."""
+    """Each stream's last item up to a stamp [ns], unless older than :data:`MAX_HOLD_S`."""
     found = {}
     for name, entries in streams.items():
         index = bisect_right(entries, stamp_ns, key=STAMP) - 1
-        if index >= 0 and stamp_ns - entries[index][0] <= LONGEST_HOLD_S * NS_PER_S:
+        if index >= 0 and stamp_ns - entries[index][0] <= MAX_HOLD_S * NS_PER_S:
             found[name] = entries[index][1]
     return found
 

@@ -11,7 +11,7 @@ from pose_core.kernels.output import blend_joints, blend_root
 from pose_core.kernels.output_blending import (
     BLEND_OF_PREDICTION,
     BLEND_S,
-    LARGEST_TRAVEL,
+    MAX_TRAVEL,
     TRAVEL_AFTER_GAP,
     advance_clock,
     advance_skeleton_clock,
@@ -61,7 +61,7 @@ def test_a_step_of_the_filter_is_blended_out_and_enlarges_the_deviation(jump_deg
     targets = np.where(np.arange(150) < 50, start, start + jump)
     position, velocity, _, variance = publish(targets, np.zeros(150))
     assert np.degrees(unexplained(position, velocity).max()) < 3.0
-    assert np.abs(np.diff(position)).max() <= LARGEST_TRAVEL * PERIOD_S
+    assert np.abs(np.diff(position)).max() <= MAX_TRAVEL * PERIOD_S
     np.testing.assert_allclose(position[-1], targets[-1], atol=1e-6)
     apart = np.abs(position - targets)
     assert (np.sqrt(variance[51:]) >= apart[51:] - 1e-9).all()

@@ -9,7 +9,7 @@ from pose_core.streams.time_alignment import TimeAligner
 
 MS = 1_000_000
 NAMES = ("a", "b", "c")
-LEAST_FRAMES = 20  # [-] of two seconds, or nothing has been compared
+MIN_FRAMES = 20  # [-] of two seconds, or nothing has been compared
 
 
 def stream(rng, sensor, *, drop=0.0, silences=()):
@@ -66,7 +66,7 @@ def test_interleaving_does_not_change_the_frames(count, drop):
         rng = np.random.default_rng(seed)
         streams = [stream(rng, name, drop=drop) for name in NAMES[:count]]
         reference = as_bytes(align(interleave(rng, streams, 0.0), NAMES[:count])[0])
-        assert len(reference) > LEAST_FRAMES
+        assert len(reference) > MIN_FRAMES
         for _ in range(3):
             frames = align(interleave(rng, streams, 19.0), NAMES[:count])[0]
             assert as_bytes(frames) == reference
@@ -81,7 +81,7 @@ def test_interleaving_does_not_change_the_frames_when_sensors_fall_silent_and_re
             stream(rng, "b", drop=0.1, silences=[(begin, begin + length)]),
         ]
         reference = as_bytes(align(interleave(rng, streams, 0.0), NAMES[:2])[0])
-        assert len(reference) > LEAST_FRAMES
+        assert len(reference) > MIN_FRAMES
         for _ in range(3):
             frames = align(interleave(rng, streams, 19.0), NAMES[:2])[0]
             assert as_bytes(frames) == reference
@@ -92,7 +92,7 @@ def test_alignment_of_steady_streams_tolerates_large_jitter():
         rng = np.random.default_rng(seed)
         streams = [stream(rng, name) for name in NAMES[:2]]
         reference = as_bytes(align(interleave(rng, streams, 0.0), NAMES[:2])[0])
-        assert len(reference) > LEAST_FRAMES
+        assert len(reference) > MIN_FRAMES
         assert as_bytes(align(interleave(rng, streams, 100.0), NAMES[:2])[0]) == reference
 
 
@@ -102,7 +102,7 @@ def test_stamps_of_frames_strictly_increase_in_any_interleaving():
         streams = [stream(rng, name, drop=0.3, silences=[(500, 900)]) for name in NAMES]
         frames, _ = align(interleave(rng, streams, 400.0), NAMES)
         stamps = [frame.stamp_ns for frame in frames]
-        assert len(stamps) > LEAST_FRAMES
+        assert len(stamps) > MIN_FRAMES
         assert (np.diff(stamps) > 0).all()
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from pose_core.baseline_filters.measurement_noise import (
-    LARGEST_NOISE,
+    MAX_NOISE,
     fuse_measurements,
     measurement_noise,
 )
@@ -48,5 +48,5 @@ def test_an_unmeasured_component_keeps_its_prediction_with_little_weight():
     noise = measurement_noise(z, np.array([5.0, 1.0]), np.full(2, 0.01))
     fused, R = fuse_measurements(z, noise, np.array([5.0, 1.0]))
     np.testing.assert_allclose(fused, [5.0, 1.0])
-    assert R[0] == LARGEST_NOISE**2
+    assert R[0] == MAX_NOISE**2
     assert R[1] < 1.0

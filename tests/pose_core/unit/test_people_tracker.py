@@ -8,7 +8,7 @@ from walking_person import POSES
 
 from pose_core.joints import JOINTS, OTHER_SIDE
 from pose_core.people.person_track import Presence
-from pose_core.people.track_manager import MOST_TENTATIVE
+from pose_core.people.track_manager import MAX_TENTATIVE
 from pose_core.people.tracker import PeopleTracker
 from pose_core.streams.clocks import Clock
 
@@ -213,7 +213,7 @@ def test_random_false_skeletons_create_few_tracks_and_displace_nobody():
         ]
         given.append({number for number, _ in people.add([*strangers, person])})
         most = max(most, len(people.tracks))
-    assert most <= MOST_TENTATIVE + 4
+    assert most <= MAX_TENTATIVE + 4
     assert all(1 in numbers for numbers in given)
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import block_diag
 
 from pose_core.filter.layout import make_layout
-from pose_core.filter.motion import LARGEST_STDDEV
+from pose_core.filter.motion import MAX_STDDEV
 from pose_core.filter.smoother import FilterStep, difference, smoothed, transition
 from pose_core.filter.state import inject_error, start_state
 from pose_core.filter.tuning import FilterTuning
@@ -23,7 +23,7 @@ def state_at(x, rotation_stddev=0.15):
 
 
 @pytest.mark.parametrize(
-    ("stddev", "is_smoothed"), [(0.5, True), (LARGEST_STDDEV, False)], ids=["free", "at the bound"]
+    ("stddev", "is_smoothed"), [(0.5, True), (MAX_STDDEV, False)], ids=["free", "at the bound"]
 )
 def test_a_bounded_prediction_ends_the_smoothing(stddev, is_smoothed):
     steps = [

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.streams.tracked_joints import LEAST_SKELETONS, TrackedJoints
+from pose_core.streams.tracked_joints import MIN_SKELETONS, TrackedJoints
 
 KNEE = JOINTS.index("left_knee")
 
@@ -29,6 +29,6 @@ def test_one_camera_that_tracks_it_suffices():
 
 def test_the_first_skeletons_are_not_judged():
     joints = TrackedJoints()
-    for state in states(LEAST_SKELETONS - 1, TrackingState.NOT_TRACKED):
+    for state in states(MIN_SKELETONS - 1, TrackingState.NOT_TRACKED):
         joints.add(state)
     assert joints.missing == ()

@@ -17,7 +17,7 @@ LIVE_S = 20.0  # [s] after which a live calibration has found the extrinsics
 END_S = 70.0  # [s] of the recording
 SETTLED_S = 20.0  # [s]
 AGREE_DEG = 2.0  # [deg] in median
-LEAST_KNOWN = np.radians(12.0)  # [rad] a limb that is straight does not show how it is turned
+MIN_KNOWN = np.radians(12.0)  # [rad] a limb that is straight does not show how it is turned
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def apart_deg(one, other, begin_ns, from_s):
     for index, name in enumerate(one.names):
         if name.startswith("pelvis"):
             continue
-        known = [at(each, each.position_stddev[:, index]) < LEAST_KNOWN for each in (one, other)]
+        known = [at(each, each.position_stddev[:, index]) < MIN_KNOWN for each in (one, other)]
         angles = [at(each, each.position[:, index]) for each in (one, other)]
         both = known[0] & known[1]
         if both.mean() > 0.2:

@@ -1,6 +1,6 @@
 """Delays of the launcher before it restarts a process."""
 
-from pose_launch.supervising import LONGEST_DELAY_S, RECOVERED_S, BackOff
+from pose_launch.supervising import MAX_DELAY_S, RECOVERED_S, BackOff
 
 
 def test_quick_deaths_are_answered_ever_more_slowly():
@@ -9,7 +9,7 @@ def test_quick_deaths_are_answered_ever_more_slowly():
     delays = [back_off.delay_s(lived_s=1.0) for _ in range(8)]
 
     assert delays[:4] == [0.5, 1.0, 2.0, 4.0]
-    assert delays[-1] == LONGEST_DELAY_S
+    assert delays[-1] == MAX_DELAY_S
 
 
 def test_a_long_life_is_answered_at_once_again():

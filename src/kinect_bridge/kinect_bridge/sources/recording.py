@@ -11,7 +11,7 @@ from pose_io.recordings.formats import read_recording
 from pose_io.recordings.timeline import make_timeline
 from pose_node.node_status import Level, Report
 
-LONGEST_DELAY_NS = 10_000_000_000  # [ns] largest delay of a start that is caught up
+MAX_DELAY_NS = 10_000_000_000  # [ns] largest delay of a start that is caught up
 LATE_NS = 200_000_000  # [ns] delay that is reported
 
 
@@ -55,7 +55,7 @@ class RecordingSource(SkeletonSource):
         self._replay.restart(self._parameters.start_at_ns(now_ns()))
         if self._parameters.start_at:
             # A restart during a common replay continues at the current time.
-            self._skipped = self._replay.skip(now_ns() - LONGEST_DELAY_NS)
+            self._skipped = self._replay.skip(now_ns() - MAX_DELAY_NS)
 
     @property
     def is_finished(self) -> bool:

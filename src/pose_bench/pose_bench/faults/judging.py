@@ -14,9 +14,9 @@ from pose_io.arrays import IntArray
 from pose_node.node_status import NodeStatus
 
 RECOVERY_S = 5.0  # [s] evaluated after a fault
-MOST_STEP_DEG = 10.0  # [deg] largest step between messages, beyond the truth's own
-MOST_RATIO = 2.0  # [-] largest ratio of the RMSE to that without the lost sources
-MOST_SAID_S, MOST_RECOVERY_S = 1.0, 3.0
+MAX_STEP_DEG = 10.0  # [deg] largest step between messages, beyond the truth's own
+MAX_RATIO = 2.0  # [-] largest ratio of the RMSE to that without the lost sources
+MAX_SAID_S, MAX_RECOVERY_S = 1.0, 3.0
 AHEAD_NS = 2_000_000  # [ns] by which a stamp may be ahead of its arrival, as clocks are read twice
 GAP_NS = 300_000_000  # [ns] after a longer gap, steps are not evaluated
 BONES = [*LIMB_ENDS.values(), ("torso", "neck"), ("left_hip", "right_hip")]
@@ -65,13 +65,13 @@ class FaultResult:
         """The violated bounds."""
         fault = self.fault
         holds = {
-            "step": self.step_deg <= MOST_STEP_DEG,
+            "step": self.step_deg <= MAX_STEP_DEG,
             "ahead": self.ahead == 0,
             "backwards": self.backwards == 0,
             "repeated": self.repeated == 0,
-            "RMSE": fault.silent or self.rmse_deg <= MOST_RATIO * self.reference_deg,
-            "said": not fault.said or self.said_s <= MOST_SAID_S,
-            "recovery": self.recovery_s <= MOST_RECOVERY_S,
+            "RMSE": fault.silent or self.rmse_deg <= MAX_RATIO * self.reference_deg,
+            "said": not fault.said or self.said_s <= MAX_SAID_S,
+            "recovery": self.recovery_s <= MAX_RECOVERY_S,
         }
         return tuple(name for name, does in holds.items() if not does)
 
@@ -160,7 +160,7 @@ def _recovery_s(bodies: Poses, reference: Poses, truth: SkeletonSeries, end_ns: 
         begin_ns = end_ns + k * half_ns
         found = rmse_deg(bodies.between(begin_ns, begin_ns + half_ns), truth)
         expected = rmse_deg(reference.between(begin_ns, begin_ns + half_ns), truth)
-        if not found <= MOST_RATIO * expected + 1.0:  # or NaN; 1 deg for half a second's scatter
+        if not found <= MAX_RATIO * expected + 1.0:  # or NaN; 1 deg for half a second's scatter
             return recovered
         recovered = 0.5 * k
     return recovered

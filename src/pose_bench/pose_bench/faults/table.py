@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pose_bench.faults.judging import (
-    MOST_RATIO,
-    MOST_RECOVERY_S,
-    MOST_SAID_S,
-    MOST_STEP_DEG,
+    MAX_RATIO,
+    MAX_RECOVERY_S,
+    MAX_SAID_S,
+    MAX_STEP_DEG,
     FaultResult,
 )
 from pose_evaluation.table import Table, table_of
@@ -35,12 +35,12 @@ def fault_table(results: Sequence[FaultResult]) -> Table:
         COLUMNS,
         f"{holds} of {len(results)} faults keep all bounds. "
         "step [deg]: the largest change of a joint angle from one joint state to the next, "
-        f"beyond the truth's own; at most {MOST_STEP_DEG:g}. RMSE [deg] of the twelve angles "
+        f"beyond the truth's own; at most {MAX_STEP_DEG:g}. RMSE [deg] of the twelve angles "
         "while the fault lasts, and that of an undisturbed run without the sensors that the "
-        f"fault makes unusable; at most {MOST_RATIO:g} times that. stamps: joint states ahead "
+        f"fault makes unusable; at most {MAX_RATIO:g} times that. stamps: joint states ahead "
         "of the clock / backwards / repeated; none. said [s]: until `/diagnostics` warns by "
-        f"name; at most {MOST_SAID_S:g}. recovery [s]: from the fault's end until every half "
-        f"second is as good again; at most {MOST_RECOVERY_S:g}. gap [s]: the longest silence "
+        f"name; at most {MAX_SAID_S:g}. recovery [s]: from the fault's end until every half "
+        f"second is as good again; at most {MAX_RECOVERY_S:g}. gap [s]: the longest silence "
         "of the joint states.",
     )
 

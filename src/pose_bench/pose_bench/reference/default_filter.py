@@ -37,7 +37,7 @@ from pose_core.filter.step import StepResult
 from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINTS
 
-LARGEST_STDDEV = 1.2  # [rad]
+MAX_STDDEV = 1.2  # [rad]
 CAMERA_TIMEOUT_S = 0.15  # [s]
 FOOT_HEIGHT_S, DEPTH_MEMORY_S = 2.0, 1.0  # [s]
 WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
@@ -70,7 +70,7 @@ class ReferenceFilter:
         F[velocity : velocity + slides, velocity : velocity + slides] *= keep
         P = F @ state.P @ F.T + Q
         scale = np.ones(len(P))
-        scale[3:slides] = np.minimum(1.0, LARGEST_STDDEV / np.sqrt(np.diag(P)[3:slides]))
+        scale[3:slides] = np.minimum(1.0, MAX_STDDEV / np.sqrt(np.diag(P)[3:slides]))
         state.P[:] = np.outer(scale, scale) * P
         error = np.zeros(len(P))
         error[:3] = rate_time_s * state.pose.velocity

@@ -23,10 +23,10 @@ from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_kinematics import BodyArrays
 
-LONGEST_STEP_S = 0.1  # [s]
+MAX_STEP_S = 0.1  # [s]
 FASTEST_LINK = 6.0  # [rad/s] above which noise is constant
 HELD_JERK = 100.0  # [rad/s³]
-SOFTNESS, STAND_OFF, LEAST_DEFINED = 0.02, 0.06, 1e-3  # [m], [m], [-]
+SOFTNESS, STAND_OFF, MIN_DEFINED = 0.02, 0.06, 1e-3  # [m], [m], [-]
 HINGE_DOF = 3.0  # [-]
 FEET = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
 
@@ -128,7 +128,7 @@ def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) 
     positions = pose.position - frame.late_s * pose.velocity + levers.sum(axis=1)
     return PlainView(
         frame=frame,
-        gap_s=min(state.views.silent_s[frame.sensor], LONGEST_STEP_S),
+        gap_s=min(state.views.silent_s[frame.sensor], MAX_STEP_S),
         rotations=rotations,
         levers=levers,
         positions=positions,
@@ -265,7 +265,7 @@ def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[G
     twists = zip(posture.twist_parents, posture.twist_links, posture.twist_variance, strict=True)
     for parent, link, variance in twists:
         _, _, z, w = quaternion(rotations[parent].T @ rotations[link])
-        defined = max(min(1.0, w * w + z * z), LEAST_DEFINED)
+        defined = max(min(1.0, w * w + z * z), MIN_DEFINED)
         angle = 2.0 * np.arctan2(z, w)
         yield turn(state, parent, link, rotations[link, :, 2], -angle, variance / defined**2)
     for parent, link in zip(posture.spine_parents, posture.spine_links, strict=True):

@@ -16,9 +16,9 @@ USUAL_VIEW_NOISE = 0.03  # [m]
 VISIBLE, COMPARED_S, COMPARED_JOINTS, COMPARED_DEVIATIONS = 0.3, 0.05, 6, 4.0
 VIEW_NOISE_S, VIEW_APART_S = 5.0, 1.0  # [s]
 DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 10.0, 3.0  # [s]
-LEAST_DEPTH_VARIANCE = 0.005**2  # [m²]
-IMU_NOISE_GAIN, LARGEST_IMU_NOISE = 1.0, 20.0  # [1/s], [-]
-IMU_NOISE_S, MEAN_TURN_S, LARGEST_TURN = 10.0, 1.0, 0.5  # [s], [s], [rad]
+MIN_DEPTH_VARIANCE = 0.005**2  # [m²]
+IMU_NOISE_GAIN, MAX_IMU_NOISE = 1.0, 20.0  # [1/s], [-]
+IMU_NOISE_S, MEAN_TURN_S, MAX_TURN = 10.0, 1.0, 0.5  # [s], [s], [rad]
 SMOOTHED_NIS_CLIP = 400.0  # [-]
 CONTRADICTED = {1: (25.0, 0.5), 2: (8.0, 1.0)}  # least NIS, and weight, by number of cameras
 
@@ -88,7 +88,7 @@ def estimate_depth_errors(
         return
     squared = state.views.depth_error[sensor] ** 2 + state.views.depth_error_variance[sensor]
     power += (1.0 - np.exp(-gap_s / DEPTH_LEARNING_S)) * (squared - power)
-    state.views.depth_error_power[sensor] = max(power, LEAST_DEPTH_VARIANCE)
+    state.views.depth_error_power[sensor] = max(power, MIN_DEPTH_VARIANCE)
     excess = []
     for group in joints:
         ray = view.ray(group.source)
@@ -172,7 +172,7 @@ def estimate_imu_noise(
             continue
         bone = view.positions[end] - view.positions[start]
         turned = np.cross(bone, visible[end].residual - visible[start].residual) / (bone @ bone)
-        if np.linalg.norm(turned) > LARGEST_TURN:
+        if np.linalg.norm(turned) > MAX_TURN:
             continue
         mean = state.imus.link_mean_residual[sensor, link]
         mean += (1.0 - np.exp(-view.gap_s / MEAN_TURN_S)) * (turned - mean)
@@ -185,7 +185,7 @@ def estimate_imu_noise(
                 sums += np.array([own @ theirs, 0.5 * (own @ own + theirs @ theirs)])
                 excess = sums[0] / sums[1] - constants.usual_correlation[link]
                 factor = state.imus.noise[link] * np.exp(IMU_NOISE_GAIN * view.gap_s * excess)
-                state.imus.noise[link] = np.clip(factor, 1.0, LARGEST_IMU_NOISE)
+                state.imus.noise[link] = np.clip(factor, 1.0, MAX_IMU_NOISE)
 
 
 def note_contradictions(

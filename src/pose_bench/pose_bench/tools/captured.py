@@ -24,7 +24,7 @@ from pose_sim.captured.session import CapturedSpec
 
 SUMMARY = "how accurate the estimators are on captured people before simulated sensors"
 SEED = 101
-MOST_JOBS = 2
+MAX_JOBS = 2
 BY_SOURCE = ("default", "default+imus")
 
 
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     swing = "by which the IMUs' headings swing in uneven magnetic fields, standard deviation"
     add_number(parser, "--disturbance", 0.0, "DEG", swing)
     add_number(parser, "--seed", SEED, "N", "of everything random")
-    add_jobs_argument(parser, MOST_JOBS)
+    add_jobs_argument(parser, MAX_JOBS)
 
 
 def run(arguments: argparse.Namespace) -> int:

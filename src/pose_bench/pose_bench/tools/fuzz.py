@@ -3,7 +3,7 @@
 import argparse
 
 from pose_bench.fuzz_targets import targets
-from pose_bench.fuzzing import MOST_GROWN_MB, TargetResult, fuzz
+from pose_bench.fuzzing import MAX_GROWN_MB, TargetResult, fuzz
 from pose_bench.options import add_number
 from pose_core.errors import InputError
 
@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
                     (options.output / f"{target.name}-{index}".replace(" ", "-")).write_bytes(data)
     total, crashes = sum(o.cases for o in outcomes), sum(len(o.crashes) for o in outcomes)
     print(f"{total} cases, {crashes} kinds of crashes")
-    grown = any(outcome.grown_mb > MOST_GROWN_MB for outcome in outcomes)
+    grown = any(outcome.grown_mb > MAX_GROWN_MB for outcome in outcomes)
     return 1 if crashes or grown else 0
 
 

@@ -25,8 +25,8 @@ SUMMARY = "a day of live operation in one process: growth of memory, open files,
 HOUR_NS = 3_600_000_000_000
 PERIOD_NS = HOUR_NS // 4  # [ns] between measurements
 VISIT_EVERY = 5  # [loops] a second person comes into view in one of so many
-MOST_GROWTH = 0.02  # [-] of the memory, from the first hour's end to the end
-MOST_RMSE_RATIO = 1.1  # [-] of an hour's RMSE to the first hour's
+MAX_GROWTH = 0.02  # [-] of the memory, from the first hour's end to the end
+MAX_RMSE_RATIO = 1.1  # [-] of an hour's RMSE to the first hour's
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,10 +117,10 @@ def broken_bounds(measured: Sequence[Measurement]) -> list[str]:
     first = next((one for one in measured if one.hours >= 1.0), measured[0])
     last = measured[-1]
     holds = {
-        "memory": last.memory_mb <= (1.0 + MOST_GROWTH) * first.memory_mb,
+        "memory": last.memory_mb <= (1.0 + MAX_GROWTH) * first.memory_mb,
         "open files": last.files <= first.files,
         "threads": last.threads <= first.threads,
-        "RMSE": max(one.rmse_deg for one in measured) <= MOST_RMSE_RATIO * first.rmse_deg,
+        "RMSE": max(one.rmse_deg for one in measured) <= MAX_RMSE_RATIO * first.rmse_deg,
     }
     return [name for name, does in holds.items() if not does]
 

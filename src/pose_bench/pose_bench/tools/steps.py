@@ -5,7 +5,7 @@ import argparse
 from pose_bench.options import add_number
 from pose_bench.random_steps import Checks, random_steps
 
-MOST_ASYMMETRY = 1e-12  # [-] of the correlations
+MAX_ASYMMETRY = 1e-12  # [-] of the correlations
 SUMMARY = "random steps of the default filter: the covariance stays symmetric, positive definite"
 
 
@@ -20,7 +20,7 @@ def run(arguments: argparse.Namespace) -> int:
     checks = Checks()
     for checks in random_steps(arguments.count, arguments.seed):
         print(line(checks), flush=True)
-    is_valid = checks.asymmetry <= MOST_ASYMMETRY and not checks.indefinite
+    is_valid = checks.asymmetry <= MAX_ASYMMETRY and not checks.indefinite
     return 0 if is_valid and not checks.infinite else 1
 
 

@@ -16,10 +16,10 @@ from pose_core.errors import InputError
 from pose_core.plain_yaml import read_yaml
 
 MODELS = ("plumb_bob", "rational_polynomial", "")
-LEAST_VIEWS = 12  # [-] views required to estimate intrinsics
-LEAST_COVERAGE = 0.6  # [-] share of the image's cells required to estimate intrinsics
+MIN_VIEWS = 12  # [-] views required to estimate intrinsics
+MIN_COVERAGE = 0.6  # [-] share of the image's cells required to estimate intrinsics
 FOCUS_STDDEV = 0.004  # [-] relative, of the focal length; distances have the same relative error
-LEAST_TILT = np.radians(15.0)  # [rad] largest angle between views; equal views leave the focus open
+MIN_TILT = np.radians(15.0)  # [rad] largest angle between views; equal views leave the focus open
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,16 +75,16 @@ def estimate_camera(name: str, views: Sequence[BoardView], board: Board) -> Came
     Raises:
         CalibrationError: If the views do not determine them; the message says what is missing.
     """
-    if len(views) < LEAST_VIEWS:
+    if len(views) < MIN_VIEWS:
         raise CalibrationError(
-            f"found {len(views)} views of the board by '{name}', expected {LEAST_VIEWS} or more to "
+            f"found {len(views)} views of the board by '{name}', expected {MIN_VIEWS} or more to "
             "estimate its intrinsics: more images, or give its camera info"
         )
     covered = coverage(views)
-    if covered.share < LEAST_COVERAGE:
+    if covered.share < MIN_COVERAGE:
         raise CalibrationError(
             f"the board covers {covered.share:.0%} of the image of '{name}', expected "
-            f"{LEAST_COVERAGE:.0%} to estimate its intrinsics: hold it also "
+            f"{MIN_COVERAGE:.0%} to estimate its intrinsics: hold it also "
             f"{covered.missing_text}, or give the camera info"
         )
     objects = [board.corners[view.corners].astype(np.float32) for view in views]
@@ -96,10 +96,10 @@ def estimate_camera(name: str, views: Sequence[BoardView], board: Board) -> Came
     )
     normals = np.array([cv2.Rodrigues(turn)[0][:, 2] for turn in turns])
     tilt = float(np.arccos(np.clip(normals @ normals.T, -1.0, 1.0)).max())
-    if tilt < LEAST_TILT:
+    if tilt < MIN_TILT:
         raise CalibrationError(
             f"all views of '{name}' show the board within {np.degrees(tilt):.0f} deg of each "
-            f"other, expected {np.degrees(LEAST_TILT):.0f} or more to estimate its "
+            f"other, expected {np.degrees(MIN_TILT):.0f} or more to estimate its "
             "intrinsics: tilt it"
         )
     focus_stddev = float((stddev.ravel()[:2] / [K[0, 0], K[1, 1]]).max())

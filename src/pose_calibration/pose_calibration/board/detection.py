@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pose_calibration.board.target import CHARUCO, Board
 from pose_core.api import FloatArray
 
-LEAST_CORNERS = 6  # [-] required in a view
+MIN_CORNERS = 6  # [-] required in a view
 REFINED_WITHIN = 0.3  # [-] of a square's side: window of the refinement, without neighbours
 ENLARGED_BELOW_PX = 1400  # [px] smaller images are enlarged: small markers are decoded better
 NEXT_TO_MARKERS = 0.5  # [-] the same, of the white margin of a marker in its square
@@ -75,7 +75,7 @@ class BoardDetector:
         """Detect the board in a grey image, (height, width); None if too few corners are found."""
         height, width = image.shape
         found = self._numbered(image) if self._charuco else self._checkerboard(image)
-        if found is None or len(found[0]) < LEAST_CORNERS:
+        if found is None or len(found[0]) < MIN_CORNERS:
             return None
         corners, pixels = found
         places = self._board.corners[corners]

@@ -15,7 +15,7 @@ from pose_calibration.board.target import Board
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, inverse, rigid_transform
 
-LEAST_PAIRS = 4  # [-] common instants required to link two cameras
+MIN_PAIRS = 4  # [-] common instants required to link two cameras
 FAR_M, FAR = 0.05, np.radians(2.5)  # [m], [rad] smallest distance of an outlier from the median
 FAR_DEVIATIONS = 5.0  # [-] the same, in median absolute deviations
 WORST_PX = 1.0  # [px] RMS above which a view may be left out
@@ -80,7 +80,7 @@ def calibrate_board(
         result = bundle.solve(T_camera_reference, np.array(T_reference_board))
         limit = max(WORST_PX, WORST_RATIO * float(np.median(list(result.errors_px.values()))))
         bad = {used[v] for (_, v), error in result.errors_px.items() if error > limit}
-        if not bad or len(used) - len(bad) < LEAST_PAIRS:
+        if not bad or len(used) - len(bad) < MIN_PAIRS:
             break
         left_out.update(dict.fromkeys(bad, "reprojects badly: blurred, bent, or not synchronous"))
     T_reference_camera = {name: inverse(T) for name, T in result.T_camera_reference.items()}
@@ -145,16 +145,16 @@ def _linked(
         }
         a, b = max(shared, key=lambda pair: len(shared[pair]))
         common = [i for i in shared[a, b] if i not in left_out]
-        if len(common) < LEAST_PAIRS:
+        if len(common) < MIN_PAIRS:
             raise CalibrationError(
                 f"found {len(common)} instants at which '{a}' and '{b}' both see the board, "
-                f"expected {LEAST_PAIRS} or more: hold it where both see it"
+                f"expected {MIN_PAIRS} or more: hold it where both see it"
             )
         words = np.array([T_camera_board[a, i] @ inverse(T_camera_board[b, i]) for i in common])
         T_a_b, far = _median_transform(words)
         outliers = [i for i, is_far in zip(common, far, strict=True) if is_far]
         left_out.update(dict.fromkeys(outliers, f"contradicts the others between '{a}' and '{b}'"))
-        if (~far).sum() < LEAST_PAIRS:
+        if (~far).sum() < MIN_PAIRS:
             raise CalibrationError(
                 f"the views of '{a}' and '{b}' contradict each other: {far.sum()} of {len(far)} "
                 "are far from the median; hold the board still at every image, and pair images "

@@ -31,8 +31,8 @@ from pose_core.stamps import NS_PER_S
 GRID_RATE = 50.0  # [Hz] of the search for the shift
 FIT_STEP_S = 0.3  # [s] between the shifts under which the relative rotation is estimated
 COARSE_SLOW_S = 3.0  # [s] slower differences are filtered out
-LEAST_WHOLE = 0.8  # [-] share of that time in which a joint must be known
-LEAST_OVERLAP_S = 2.0  # [s] of a joint in both views, under every shift
+MIN_WHOLE = 0.8  # [-] share of that time in which a joint must be known
+MIN_OVERLAP_S = 2.0  # [s] of a joint in both views, under every shift
 AMBIGUOUS = 1.1  # [-] of the least difference: another shift within this factor makes it ambiguous
 APART_S = 0.15  # [s] shifts closer than this to the best one count as the same
 BEYOND_S = 0.1  # [s] searched beyond the largest offset: a minimum there is rejected
@@ -43,7 +43,7 @@ FINE_REACH_S = 0.08  # [s] about the best shift
 OBSERVABLE_STDDEV_S = 0.017  # [s] half a frame: less certain offsets are not used
 SEARCHED_S = 60.0  # [s] used of a longer recording: a drift blurs the minimum
 WINDOW_S = 20.0  # [s] in which a delay is measured, to find the drift
-MOST_WINDOWS = 40  # [-]
+MAX_WINDOWS = 40  # [-]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,7 +213,7 @@ def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
         # Moving means over incomplete windows are not comparable between the views.
         is_whole = uniform_filter1d(is_known.astype(float), width, axis=0, mode="constant")
         quick.append(without_slow(filled, is_known, width).reshape(len(positions), -1))
-        is_known &= is_whole > LEAST_WHOLE
+        is_known &= is_whole > MIN_WHOLE
         quick[-1][~np.repeat(is_known, 3, axis=1)] = 0.0
         known.append(np.repeat(is_known, 3, axis=1).astype(float))
 
@@ -226,7 +226,7 @@ def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
     count = correlation(known[0], known[1])
     squares = correlation(quick[0] ** 2, known[1]) + correlation(known[0], quick[1] ** 2)
     squares -= 2.0 * correlation(quick[0], quick[1])
-    enough = count > 3.0 * LEAST_OVERLAP_S * GRID_RATE
+    enough = count > 3.0 * MIN_OVERLAP_S * GRID_RATE
     return np.where(enough, squares / np.maximum(count, 1.0), np.nan)
 
 
@@ -245,9 +245,9 @@ def _liveliest(track: Track, duration_s: float) -> float:
 def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[MeasuredOffset]:
     """Delays in windows over the whole recording, from the known offset outwards."""
     first, last = float(a.stamps[0]), float(a.stamps[-1])
-    count = int(np.clip((last - first) // WINDOW_S, 1, MOST_WINDOWS))
+    count = int(np.clip((last - first) // WINDOW_S, 1, MAX_WINDOWS))
     every = (last - first) / count
-    width = every if count < MOST_WINDOWS else WINDOW_S
+    width = every if count < MAX_WINDOWS else WINDOW_S
     starts = first + every * np.arange(count)
     return measure_outwards(
         starts,

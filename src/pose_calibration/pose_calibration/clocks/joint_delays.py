@@ -19,7 +19,7 @@ LAG_SPREAD_S = 0.004  # [s] between two trackers' lags of a joint; measured: 0.0
 CORRELATION_S = 0.4  # [s] correlation time of a joint's error
 REACH_S = 0.07  # [s] half width of the velocity's window: a shorter one is dominated by noise
 FAR = 3.0  # [-] standard deviations from the median joint beyond which a joint's weight drops
-LEAST_SIGNAL = 0.5  # [-] of the velocities' energy; a joint at rest determines no delay
+MIN_SIGNAL = 0.5  # [-] of the velocities' energy; a joint at rest determines no delay
 MIN_SAMPLES = 30  # [-] of a joint
 
 
@@ -57,7 +57,7 @@ def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
     # Noise in the velocities biases the delay towards zero (errors in variables). Independent noise
     # of the two views has four times the energy in their difference that it has in their mean.
     energy = measured - 0.25 * np.where(known[..., None], apart**2, 0.0).sum(axis=(0, 2))
-    usable = (known.sum(axis=0) >= MIN_SAMPLES) & (energy > LEAST_SIGNAL * measured)
+    usable = (known.sum(axis=0) >= MIN_SAMPLES) & (energy > MIN_SIGNAL * measured)
     if not usable.any():
         return UNKNOWN_DELAY
     energy, quick, v, known = energy[usable], quick[:, usable], v[:, usable], known[:, usable]

@@ -22,7 +22,7 @@ from pose_core.errors import ParameterError
 from pose_core.finite_numbers import are_known
 from pose_core.joints import JOINTS
 
-LEAST_INLIERS = 0.5  # [-] share of a pair's joints
+MIN_INLIERS = 0.5  # [-] share of a pair's joints
 FARTHEST = 5.0  # [-] distance, relative to the median one, of joints by which scales are compared
 
 
@@ -170,11 +170,11 @@ class ExtrinsicsCalibrator:
 
     def _check(self, pair: PairResiduals, name: str) -> None:
         limits = self._parameters
-        if pair.median > limits.median_residual or pair.all_inlier_share < LEAST_INLIERS:
+        if pair.median > limits.median_residual or pair.all_inlier_share < MIN_INLIERS:
             raise CalibrationError(
                 f"'{pair.partner}' and '{name}' disagree even after calibration: median "
                 f"{pair.median:.3f} m, {pair.all_inlier_share:.0%} inliers; expected at most "
-                f"{limits.median_residual:.3f} m and at least {LEAST_INLIERS:.0%}: let both "
+                f"{limits.median_residual:.3f} m and at least {MIN_INLIERS:.0%}: let both "
                 "see the same single person, check that their clocks agree, and that neither was "
                 "moved meanwhile"
             )

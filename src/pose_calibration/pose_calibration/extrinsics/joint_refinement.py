@@ -35,9 +35,9 @@ STILL_ERROR_M = 0.007  # [m] of a joint at rest, body facing the sensor
 SPEED_ERROR_S = 0.1  # [m] per [m/s] of a joint's speed
 TURNED_ERROR_M = 0.1  # [m] added if the body stands sideways to the sensor
 MAX_TURNED = 1.5  # [-] 1 sideways, 2 from behind
-LEAST_WEIGHT = 0.01  # [-] of an outlier in the mean of the other sensors
-LEAST_TOTAL = 1e-9  # [1/m²] replaces 0 where no sensor measured a joint
-LEAST_SCALE = 0.5  # [-] lower bound of the ratio of measured to expected errors
+MIN_WEIGHT = 0.01  # [-] of an outlier in the mean of the other sensors
+MIN_TOTAL = 1e-9  # [1/m²] replaces 0 where no sensor measured a joint
+MIN_SCALE = 0.5  # [-] lower bound of the ratio of measured to expected errors
 OPTIMISM = 2.4  # [-] true over formal errors, on synthetic subjects: errors are correlated
 SYSTEMATIC_ROTATION = np.radians(0.25)  # [rad] by trackers' errors that more frames do not reduce
 VOXEL_M = 0.1  # [m] samples of a joint in one voxel at equal heading have correlated errors
@@ -178,7 +178,7 @@ class JointRefinement:
     def _reweight(self) -> None:
         """Update Tukey's weights from each view's distance to the others' mean, and the scale."""
         places = self._places()
-        w = np.maximum(self._robust, LEAST_WEIGHT) / self._variance * self._is_known
+        w = np.maximum(self._robust, MIN_WEIGHT) / self._variance * self._is_known
         of_others = np.maximum(w.sum(axis=1, keepdims=True) - w, 1e-12)
         moment = (w[..., None] * places).sum(axis=1, keepdims=True) - w[..., None] * places
         distance = np.linalg.norm(places - moment / of_others[..., None], axis=3)
@@ -186,7 +186,7 @@ class JointRefinement:
         squares = squares.sum(axis=1, keepdims=True) - squares
         expected = np.sqrt(self._variance + squares / of_others**2)
         ratio = distance / expected
-        self._scale = max(LEAST_SCALE, float(np.median(ratio[self._is_known])) / MAXWELL_MEDIAN)
+        self._scale = max(MIN_SCALE, float(np.median(ratio[self._is_known])) / MAXWELL_MEDIAN)
         share = np.minimum(ratio / (TUKEY * self._scale), 1.0)
         self._robust = np.where(self._is_known, (1.0 - share**2) ** 2, 0.0)
 
@@ -220,7 +220,7 @@ class JointRefinement:
         J = self._J[joint]
         J[..., 0:3] = -skew(places - self._centre).swapaxes(0, 1)
         J[..., 9] = self._sight[:, :, joint].swapaxes(0, 1) @ self._T[:, :3, :3].swapaxes(1, 2)
-        total = np.maximum(w.sum(axis=1), LEAST_TOTAL)
+        total = np.maximum(w.sum(axis=1), MIN_TOTAL)
         mean = (w[..., None] * places).sum(axis=1) / total[:, None]
         weighted = J * w.T[:, :, None, None]
         mixed = (weighted / np.sqrt(total)[:, None, None]).reshape(count, -1, COLUMNS)

@@ -14,11 +14,11 @@ from pose_core.api import SkeletonSample
 from pose_core.body.trunk import trunk_axes
 from pose_core.joints import LEGS
 
-LEAST_BEND = 0.12  # [m] of the knee from the line between hip and foot: bent by about 30°
-LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis
+MIN_BEND = 0.12  # [m] of the knee from the line between hip and foot: bent by about 30°
+MIN_COSINE = 0.5  # [-] between a knee's direction and the forward axis
 MIN_BENT = 60  # [-] bent knees of a sensor, below which nothing is concluded
 MIRRORED_SHARE = 0.9  # [-] of bent knees that bend backwards
-MOST_SAMPLES = 4000  # [-] used of each sensor
+MAX_SAMPLES = 4000  # [-] used of each sensor
 
 
 def refuse_mirrored(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> None:
@@ -36,7 +36,7 @@ def refuse_mirrored(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> None:
 
 def _backwards_share(samples: Sequence[SkeletonSample]) -> float:
     """Share of bent knees that bend backwards; 0 if there are few."""
-    some = samples[:: max(1, len(samples) // MOST_SAMPLES)]
+    some = samples[:: max(1, len(samples) // MAX_SAMPLES)]
     joints = np.stack([each.tracked for each in some])
     forward = trunk_axes(joints)[..., 0]
     backwards = bent = 0
@@ -45,7 +45,7 @@ def _backwards_share(samples: Sequence[SkeletonSample]) -> float:
         bend = knee - 0.5 * (hip + foot)
         length = np.linalg.norm(bend, axis=1)
         along = (bend * forward).sum(axis=1)
-        is_bent = (length > LEAST_BEND) & (np.abs(along) > LEAST_COSINE * length)
+        is_bent = (length > MIN_BEND) & (np.abs(along) > MIN_COSINE * length)
         bent += int(is_bent.sum())
         backwards += int((is_bent & (along < 0.0)).sum())
     return backwards / bent if bent >= MIN_BENT else 0.0

@@ -34,13 +34,13 @@ from pose_core.stamps import NS_PER_S
 
 WINDOW_S = 10.0
 COMPARED_HZ = 14.0  # [Hz] of the instants at which views are compared
-LEAST_INSTANTS = 40  # [-] in a window
-LEAST_JOINTS = 4  # [-] at an instant
-LEAST_WINDOWS = 3  # [-] before and after
+MIN_INSTANTS = 40  # [-] in a window
+MIN_JOINTS = 4  # [-] at an instant
+MIN_WINDOWS = 3  # [-] before and after
 HUBER_M = 0.04  # [m] residual from which on a joint has less weight
 ITERATIONS = 5
 DISPLACED = (np.radians(6.0), 0.07)  # [rad], [m] at the person; real ones differ by 3.4°, 4 cm
-SMALLEST_STDDEV = np.array([1e-3] * 3 + [2e-3] * 3)  # [rad], [m] of a window's correction
+MIN_STDDEV = np.array([1e-3] * 3 + [2e-3] * 3)  # [rad], [m] of a window's correction
 CERTAIN = 6.0  # [-] RMS of the six steps in standard deviations; at most 3.7 without a motion
 
 BySensor: TypeAlias = Mapping[str, Sequence[SkeletonSample]]
@@ -181,10 +181,10 @@ def _corrections(
         other: The other's, placed by the extrinsics in the reference's frame.
     """
     is_known = are_known(one + other)
-    is_known &= (is_known.sum(axis=1) >= LEAST_JOINTS)[:, None]
+    is_known &= (is_known.sum(axis=1) >= MIN_JOINTS)[:, None]
     window = at_s // WINDOW_S
     starts, counts = np.unique(window[is_known.any(axis=1)], return_counts=True)
-    kept = starts[counts >= LEAST_INSTANTS]
+    kept = starts[counts >= MIN_INSTANTS]
     if not len(kept):
         return np.empty(0), np.empty((0, 6))
     is_known &= np.isin(window, kept)[:, None]
@@ -215,11 +215,11 @@ def _correction(joints: FloatArray, centre: FloatArray) -> FloatArray:
 def _step(corrections: FloatArray) -> tuple[int, FloatArray] | None:
     """The first window after the clearest step, and the step, (6,); None without a clear one."""
     count, best, found = len(corrections), CERTAIN, None
-    for split in range(LEAST_WINDOWS, count - LEAST_WINDOWS + 1):
+    for split in range(MIN_WINDOWS, count - MIN_WINDOWS + 1):
         before, after = corrections[:split], corrections[split:]
         middles = np.median(before, axis=0), np.median(after, axis=0)
         apart = np.vstack([before - middles[0], after - middles[1]])
-        stddev = robust_stddev(apart) + SMALLEST_STDDEV
+        stddev = robust_stddev(apart) + MIN_STDDEV
         change = middles[1] - middles[0]
         of_change = stddev * np.sqrt(1.0 / split + 1.0 / (count - split))
         deviations = float(np.sqrt(np.mean((change / of_change) ** 2)))

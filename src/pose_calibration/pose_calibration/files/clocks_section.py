@@ -9,7 +9,7 @@ from pose_calibration.files.file_values import read_mapping, rounded
 from pose_core.api import IMUS, ONE_IMU, Clock, Clocks, is_imus
 from pose_core.errors import InputError
 
-LARGEST_DRIFT_PPM = 1000.0  # [ppm] twenty times that of a bad quartz
+MAX_DRIFT_PPM = 1000.0  # [ppm] twenty times that of a bad quartz
 PPM = 1e-6
 NUMBERS = ("drift_ppm", "at_ns", "stddev_ms", "drift_stddev_ppm")  # beside offset_ns, if known
 
@@ -69,7 +69,7 @@ def _clock(path: Path, name: Any, entry: Any, sensors: Sequence[str]) -> Clock:
         )
     return Clock(
         offset_ns=_integer(path, where, entry, "offset_ns"),
-        drift=PPM * _number(path, where, entry, "drift_ppm", -LARGEST_DRIFT_PPM),
+        drift=PPM * _number(path, where, entry, "drift_ppm", -MAX_DRIFT_PPM),
         at_ns=_integer(path, where, entry, "at_ns"),
         stddev_s=1e-3 * _number(path, where, entry, "stddev_ms", 0.0),
         drift_stddev=PPM * _number(path, where, entry, "drift_stddev_ppm", 0.0),
@@ -86,9 +86,9 @@ def _integer(path: Path, where: str, entry: Mapping[Any, Any], key: str) -> int:
 def _number(path: Path, where: str, entry: Mapping[Any, Any], key: str, low: float) -> float:
     value = entry.get(key, 0.0)
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not (is_number and low <= float(value) <= LARGEST_DRIFT_PPM and math.isfinite(value)):
+    if not (is_number and low <= float(value) <= MAX_DRIFT_PPM and math.isfinite(value)):
         raise InputError(
             f"{path}: {where}/{key} is {value!r}, expected a number from {low:g} to "
-            f"{LARGEST_DRIFT_PPM:g}"
+            f"{MAX_DRIFT_PPM:g}"
         )
     return float(value)

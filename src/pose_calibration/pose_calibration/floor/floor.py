@@ -43,7 +43,7 @@ CELL_M = 0.25  # [m] feet in one cell of the floor count as one observation
 RARE = 0.05  # [-] of the frames, by whose share the least visited cells are left out
 HUBER_M = 0.04  # [m] larger deviations are feet in the air or wrong joints
 PLANE_SCATTER_M = 0.06  # [m] of standing feet about their plane; 0.01 to 0.04 on a floor
-LARGEST_DISTANCE = 6.0  # [-] squared, of the feet's slope from the body's, over its variance
+MAX_DISTANCE = 6.0  # [-] squared, of the feet's slope from the body's, over its variance
 ITERATIONS = 20
 
 
@@ -174,7 +174,7 @@ def _plane(
     body_covariance = np.tan(up_stddev) ** 2 * np.eye(2)
     slope = solution[:2]
     distance = slope @ np.linalg.solve(body_covariance + excess * slope_covariance, slope)
-    excess *= max(1.0, float(distance) / LARGEST_DISTANCE)  # stairs are a plane, but no floor
+    excess *= max(1.0, float(distance) / MAX_DISTANCE)  # stairs are a plane, but no floor
     slope_covariance *= excess
     gain = body_covariance @ np.linalg.inv(body_covariance + slope_covariance)
     gain *= have_walked

@@ -32,7 +32,7 @@ from pose_core.joints import SEGMENTS
 NAME = "imus"
 VERSION = 1
 QUATERNION_DIGITS = 6
-LARGEST_STDDEV_DEG = 180.0
+MAX_STDDEV_DEG = 180.0
 
 
 def save_alignments(path: Path, alignments: SensorsToSegments) -> None:
@@ -50,7 +50,7 @@ def alignments_document(alignments: SensorsToSegments) -> dict[str, Any]:
     for name in SEGMENTS:
         if name in alignments and not alignments[name].worn_on:
             alignment = alignments[name]
-            stddev_deg = np.minimum(np.degrees(alignment.stddev), LARGEST_STDDEV_DEG)
+            stddev_deg = np.minimum(np.degrees(alignment.stddev), MAX_STDDEV_DEG)
             segments[name] = {
                 "rotation": quaternion_values(alignment.R_sensor_segment, QUATERNION_DIGITS),
                 "stddev_deg": rounded_list(stddev_deg, 2),
@@ -112,7 +112,7 @@ def _alignment(where: str, entry: Any) -> SensorToSegment:
     entry = read_mapping(where, entry, "rotation, stddev_deg")
     R_sensor_segment = read_rotation(f"{where}: the rotation", entry.get("rotation"))
     stddev = read_vector(f"{where}: stddev_deg", entry.get("stddev_deg"), 3)
-    if not ((stddev > 0.0) & (stddev <= LARGEST_STDDEV_DEG)).all():
+    if not ((stddev > 0.0) & (stddev <= MAX_STDDEV_DEG)).all():
         raise InputError(f"{where}: stddev_deg is {stddev.tolist()}, expected (0, 180]")
     return SensorToSegment(
         R_sensor_segment=R_sensor_segment,

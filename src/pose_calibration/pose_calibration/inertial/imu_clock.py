@@ -17,7 +17,7 @@ from pose_calibration.clocks.motion_track import Track, track_of
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
 from pose_calibration.inertial.imu_motion import (
-    LEAST_LIMBS,
+    MIN_LIMBS,
     TRACKER_LAG_STDDEV_S,
     ImuMemory,
     View,
@@ -33,13 +33,13 @@ from pose_core.api import (
     SkeletonSample,
     on_reference_clock,
 )
-from pose_core.filter.tracker_errors import LONGEST_DELAY_S, SHORTEST_DELAY_S
+from pose_core.filter.tracker_errors import MAX_DELAY_S, MIN_DELAY_S
 from pose_core.stamps import NS_PER_S
 
 TRACKER_DELAY_S = 0.04  # [s] typical delay of trackers' joints behind their stamps
 SEARCHED_S = 60.0  # [s] used of a longer recording: a drift blurs the minimum
 WINDOW_S = 30.0  # [s] in which a delay is measured, to find the drift
-MOST_WINDOWS = 20  # [-]
+MAX_WINDOWS = 20  # [-]
 NEAR_S = 0.1  # [s] about a known offset
 LIMBS_LAG_STDDEV_S = 0.02  # [s] of a tracker's lag between limbs
 CLEARLY = 4.0  # [-] standard deviations from most other IMUs; sound ones are apart by up to 3.1
@@ -57,7 +57,7 @@ class ImuFindings:
 
 def is_clocks(offset_s: float) -> bool:
     """Whether an offset of the IMUs' clock [s] is outside the range of trackers' delays."""
-    return not SHORTEST_DELAY_S <= TRACKER_DELAY_S - offset_s <= LONGEST_DELAY_S
+    return not MIN_DELAY_S <= TRACKER_DELAY_S - offset_s <= MAX_DELAY_S
 
 
 def imu_findings(
@@ -119,7 +119,7 @@ def imus_ahead(
         delay_s: The IMUs' common delay behind the views [s].
     """
     each = measure_each_delay(views, verticals, delay_s)
-    if len(each) < LEAST_LIMBS:
+    if len(each) < MIN_LIMBS:
         return {}
     common_s = float(np.median([one.estimate_s for one in each.values()]))
     return {
@@ -185,7 +185,7 @@ def _over_time(
     views: list[View], verticals: Mapping[str, Track], delay_s: float
 ) -> list[MeasuredOffset]:
     first, last = _span(views)
-    every = max(WINDOW_S, (last - first) / MOST_WINDOWS)
+    every = max(WINDOW_S, (last - first) / MAX_WINDOWS)
     count = max(1, round((last - first) / every))
     starts = first + (last - first) / count * np.arange(count)
 

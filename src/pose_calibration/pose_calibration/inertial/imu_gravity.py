@@ -35,8 +35,8 @@ from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
 BODY_IMUS = "body-worn IMUs"
 RATE = 10.0  # [Hz] of the instants used
-LEAST_SAMPLES = 50  # [-] of a limb
-LEAST_SEGMENTS = 2  # [-]
+MIN_SAMPLES = 50  # [-] of a limb
+MIN_SEGMENTS = 2  # [-]
 ITERATIONS = 15
 FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own inclination, a lower bound
 LIMB_STDDEV = 0.05  # [-] of a limb's constant bias: 1.5 cm of 30 cm
@@ -100,7 +100,7 @@ def gravity_from_imus(
         if (limb := _matched(view, R, segment, each, delay_s)) is not None
     ]
     segments = sorted({limb.segment for limb in limbs})
-    if len(segments) < LEAST_SEGMENTS:
+    if len(segments) < MIN_SEGMENTS:
         return None
     ups = [R @ view.up for view, R in zip(views, turns, strict=True)]
     known = _unit(np.array(ups, float).sum(axis=0))
@@ -148,7 +148,7 @@ def _matched(
     bone = joints[:, end] - joints[:, start]
     up = vertical.at(stamps + delay_s)
     known = are_known(bone + up)
-    if known.sum() < LEAST_SAMPLES:
+    if known.sum() < MIN_SAMPLES:
         return None
     bone = bone[known] @ R.T
     return _LimbDirections(segment, unit_vectors(bone), up[known])

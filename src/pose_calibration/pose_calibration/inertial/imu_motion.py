@@ -26,23 +26,23 @@ from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.stamps import JUMP_BACK_NS
 
 GRID_RATE = 50.0  # [Hz]
-LEAST_S = 4.0  # [s] of a limb in view
-LEAST_SWING = 0.03  # [-] standard deviation of a limb's high-passed inclination
+MIN_DURATION_S = 4.0  # [s] of a limb in view
+MIN_SWING = 0.03  # [-] standard deviation of a limb's high-passed inclination
 DECISIVE = 6.0  # [-] twice the log-likelihood ratio required between the best shift and others
 APART_S = 0.15  # [s] shifts closer than this to the best one count as the same
-MOST_POINTING = 0.7  # [-] largest cosine between a limb and the line of sight
-LEAST_EXPLAINED = 0.5  # [-] share of the inclination's variance that the IMU must explain
+MAX_POINTING = 0.7  # [-] largest cosine between a limb and the line of sight
+MIN_EXPLAINED = 0.5  # [-] share of the inclination's variance that the IMU must explain
 OWN_REACH_S = 0.2  # [s] half width of the search for each limb's shift about the common one
 LAG_FLOOR_S = 0.012  # [s] scatter of the lags of limbs that are measured well
 UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: such limbs are measured late
-LEAST_LIMBS = 3  # [-] in all views together, unless the shift is very clear: one may be wrong
+MIN_LIMBS = 3  # [-] in all views together, unless the shift is very clear: one may be wrong
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag between motions
 FINE = 3  # [-] half width of the parabola's fit, in steps of the grid
 EVERY_NS = 19_000_000  # [ns] smallest interval between stored samples
 EACH_REACH_S = 0.4  # [s] half width of the search for a single IMU's delay about the common one
 EACH_DECISIVE = 30.0  # [-] as DECISIVE, for a single IMU, or fewer limbs
-MOST_STDDEV_S = 0.03  # [s] of a single IMU's delay, above which its motion does not determine it
-LEAST_LATE = 0.7  # [-] quantile: share of the limbs' weight that is later than the result
+MAX_STDDEV_S = 0.03  # [s] of a single IMU's delay, above which its motion does not determine it
+MIN_LATE = 0.7  # [-] quantile: share of the limbs' weight that is later than the result
 QUANTILE_LOSS = 1.32  # [-] standard error of that quantile over that of a mean
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -140,7 +140,7 @@ def measure_imu_delay(
         return UNKNOWN_DELAY
     found = [one for limb in limbs if (one := _own_shift(limb, shifts, best)) is not None]
     few_suffice = bool(found) and _best(cost, shifts, EACH_DECISIVE) is not None
-    if len(found) < LEAST_LIMBS and not few_suffice:
+    if len(found) < MIN_LIMBS and not few_suffice:
         return UNKNOWN_DELAY
     return _combined(np.array(found))
 
@@ -167,7 +167,7 @@ def measure_each_delay(
             continue
         left = np.exp((cost[best] - cost.max()) / sum(limb.count for limb in limbs))
         x, curve, vertex_s = _parabola(shifts, cost, best)
-        if left > 1.0 - LEAST_EXPLAINED or curve < 1.0 / MOST_STDDEV_S**2:
+        if left > 1.0 - MIN_EXPLAINED or curve < 1.0 / MAX_STDDEV_S**2:
             continue
         estimate_s = float(shifts[best] + np.clip(vertex_s, x[0], x[-1]))
         found[segment] = Delay(estimate_s=estimate_s, stddev_s=float(1.0 / np.sqrt(curve)))
@@ -227,13 +227,13 @@ def _limb(
     bone = joints[:, end] - joints[:, start]
     direction = unit_vectors(bone)
     pointing = np.abs((direction * unit_vectors(joints[:, end])).sum(axis=1))
-    inclination = np.where(pointing < MOST_POINTING, direction @ view.up, np.nan)
+    inclination = np.where(pointing < MAX_POINTING, direction @ view.up, np.nan)
     margin = np.arange(-reach, 0) / GRID_RATE
     wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
     up = vertical.at(wide)
     is_seen = np.isfinite(inclination)
     fast_inclination = _without_slow(inclination[:, None], is_seen)[:, 0]
-    if is_seen.sum() < LEAST_S * GRID_RATE or fast_inclination[is_seen].std() < LEAST_SWING:
+    if is_seen.sum() < MIN_DURATION_S * GRID_RATE or fast_inclination[is_seen].std() < MIN_SWING:
         return None
     return _misfits(fast_inclination, is_seen, up, reach)
 
@@ -256,7 +256,7 @@ def _misfits(
     for shift in range(2 * reach + 1):
         at = slice(shift, shift + len(inclination))
         both = is_seen & is_up_known[at]
-        if both.sum() < LEAST_S * GRID_RATE:
+        if both.sum() < MIN_DURATION_S * GRID_RATE:
             return None
         g, c = fast_up[at][both], inclination[both]
         normal = g.T @ g + 1e-9 * np.eye(3)
@@ -285,7 +285,7 @@ def _own_shift(limb: _LimbMisfit, shifts: FloatArray, best: int) -> tuple[float,
         return None
     least = float(limb.misfit[own - FINE : own + FINE + 1].min())
     unexplained = least / float(limb.misfit.max())
-    if unexplained > 1.0 - LEAST_EXPLAINED:
+    if unexplained > 1.0 - MIN_EXPLAINED:
         return None
     variance = least / (limb.count * limb.energy) + (UNEXPLAINED_LAG_S * unexplained) ** 2
     return float(shifts[own] + np.clip(vertex_s, x[0], x[-1])), variance
@@ -298,7 +298,7 @@ def _combined(found: FloatArray) -> Delay:
     share = (np.cumsum(weight) - 0.5 * weight) / weight.sum()
     noise = QUANTILE_LOSS / float(np.sqrt(weight.sum()))
     return Delay(
-        estimate_s=float(np.interp(LEAST_LATE, share, shift)),
+        estimate_s=float(np.interp(MIN_LATE, share, shift)),
         stddev_s=float(np.hypot(noise, TRACKER_LAG_STDDEV_S)),
         noise_s=noise,
     )

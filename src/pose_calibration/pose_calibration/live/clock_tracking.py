@@ -36,7 +36,7 @@ from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 EVERY_NS = 10 * NS_PER_S
 WINDOW_NS = 20 * NS_PER_S
-MOST_MEASURED = 120  # [-] twenty minutes
+MAX_MEASURED = 120  # [-] twenty minutes
 STALE_NS = 300 * NS_PER_S  # [ns] after which a clock from a file is not used
 OUTLIERS_OF_STEP = 2  # [-] in succession, from which on a step is assumed
 
@@ -96,7 +96,7 @@ class ClockTracker:
                     noise_s=0.5 * clock.stddev_s,
                     stddev_s=clock.stddev_s,
                 )
-                self._offsets[source] = deque([known], maxlen=MOST_MEASURED)
+                self._offsets[source] = deque([known], maxlen=MAX_MEASURED)
 
     def _measure_all(self, begin_ns: int, imus: ImuMemory) -> None:
         tracks = {name: track_of(ones, begin_ns) for name, ones in self._samples.items()}
@@ -202,6 +202,6 @@ class ClockTracker:
     def _clock(
         self, name: str, offset: MeasuredOffset, begin_ns: int, systematic_s: float
     ) -> Clock:
-        offsets = self._offsets.setdefault(name, deque(maxlen=MOST_MEASURED))
+        offsets = self._offsets.setdefault(name, deque(maxlen=MAX_MEASURED))
         offsets.append(offset)
         return clock_from(list(offsets), begin_ns, systematic_s)

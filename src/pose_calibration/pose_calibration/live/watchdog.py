@@ -25,11 +25,11 @@ from pose_core.finite_numbers import are_known, nan_median, robust_stddev
 from pose_core.stamps import NS_PER_S
 
 BLOCK_NS = NS_PER_S
-LEAST_FRAMES = 8  # [-] in a block
+MIN_FRAMES = 8  # [-] in a block
 BASELINE_BLOCKS = 30  # [-] with which the newest ones are compared
-LEAST_BASELINE = 12  # [-] before anything is reported
+MIN_BASELINE = 12  # [-] before anything is reported
 NEWEST_BLOCKS = 4  # [-] that must agree
-LEAST_SHARE = 0.5  # [-] of their mean step, required of every one
+MIN_SHARE = 0.5  # [-] of their mean step, required of every one
 MOVED_M = 0.012  # [m] smallest mean step that is reported: 2 cm, less its noise
 MOVED_SINCE_M = 0.03  # [m] the same, compared with a baseline that may be of another person
 ABSENT_NS = 2 * NS_PER_S  # [ns] after which somebody in view may be another person
@@ -88,7 +88,7 @@ class Watchdog:
         noticed = None
         if frame.stamp_ns >= end_ns:
             end_ns += BLOCK_NS
-            if len(self._frames) >= LEAST_FRAMES:
+            if len(self._frames) >= MIN_FRAMES:
                 self._blocks.append(nan_median(np.stack(self._frames)))
                 self._own_blocks += 1
                 noticed = self._compare()
@@ -131,15 +131,15 @@ class Watchdog:
         """Compare the newest blocks with those before, or before the last motion."""
         before, newest = list(self._blocks)[:-NEWEST_BLOCKS], list(self._blocks)[-NEWEST_BLOCKS:]
         before = self._before or before
-        if len(before) < LEAST_BASELINE:
+        if len(before) < MIN_BASELINE:
             return None
-        is_own = self._own_blocks >= LEAST_BASELINE + NEWEST_BLOCKS
+        is_own = self._own_blocks >= MIN_BASELINE + NEWEST_BLOCKS
         least = MOVED_M if is_own else MOVED_SINCE_M
         known, self.moved = self.moved, self._judge(np.stack(before), np.stack(newest), least)
         self._before = before if self.moved else []
         if known and not self.moved:
             self._blocks = deque([*before, *newest], self._blocks.maxlen)
-        elif self._own_blocks == LEAST_BASELINE + NEWEST_BLOCKS and not self.moved:
+        elif self._own_blocks == MIN_BASELINE + NEWEST_BLOCKS and not self.moved:
             self._blocks = deque([*before, *newest][-self._own_blocks :], self._blocks.maxlen)
         return None if known else self.moved
 
@@ -152,7 +152,7 @@ class Watchdog:
         mean = steps.mean(axis=0)
         step = np.linalg.norm(mean, axis=1)
         along = (steps * mean).sum(axis=2) / np.maximum(step, 1e-9)
-        lasting = along.min(axis=0) > LEAST_SHARE * step  # not an outlier of one second
+        lasting = along.min(axis=0) > MIN_SHARE * step  # not an outlier of one second
         beyond = np.nan_to_num(step / np.where(is_wrong, wrong, threshold), nan=0.0)
         if self.moved is not None:
             return self.moved if beyond.max() > AGREES else None

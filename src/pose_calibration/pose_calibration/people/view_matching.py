@@ -29,9 +29,9 @@ from pose_core.joints import JOINTS
 
 SHIFTS_S = (0.0, -0.2, 0.2, -0.4, 0.4)  # [s] tried offsets between the sensors' clocks
 INSTANTS = 150  # [-] evaluated of a pair's common time
-LEAST_COMMON = 40  # [-] required of them with both persons
+MIN_COMMON = 40  # [-] required of them with both persons
 SAME_M = 0.3  # [m] largest median distance of one person's joints in both views
-LEAST_S = 1.0  # [s] shortest presence of a person
+MIN_DURATION_S = 1.0  # [s] shortest presence of a person
 BEST = 12  # [-] hypotheses that are evaluated on all persons
 STILL_FACTOR = 0.1  # [m] travel added to every person's, so that those at rest count a little
 
@@ -60,7 +60,7 @@ def views_of_sensor(frames: Sequence[Sequence[SkeletonSample]]) -> dict[int, lis
     return {
         number: samples
         for number, samples in by_person.items()
-        if samples[-1].stamp_ns - samples[0].stamp_ns > LEAST_S * 1e9
+        if samples[-1].stamp_ns - samples[0].stamp_ns > MIN_DURATION_S * 1e9
     }
 
 
@@ -120,13 +120,13 @@ def rough_places(
 def _hypothesis(a: Track, b: Track) -> Hypothesis | None:
     """The transform and shift under which two views agree best."""
     best: Hypothesis | None = None
-    if min(len(a.stamps), len(b.stamps)) < LEAST_COMMON:
+    if min(len(a.stamps), len(b.stamps)) < MIN_COMMON:
         return None
     for shift_s in SHIFTS_S:
         instants = _common_instants(a, b, shift_s)
         at_target, at_source = a.at(instants), b.at(instants + shift_s)
         known = are_known(at_target + at_source)
-        if known.any(axis=1).sum() < LEAST_COMMON:
+        if known.any(axis=1).sum() < MIN_COMMON:
             continue
         try:
             fit = estimate_rigid_transform_robustly(at_source[known], at_target[known])
@@ -152,7 +152,7 @@ def _explained(hypothesis: Hypothesis, targets: Sequence[Track], sources: Sequen
         scores = []
         for b in sources:
             instants = _common_instants(a, b, hypothesis.shift_s)
-            if len(instants) < LEAST_COMMON:
+            if len(instants) < MIN_COMMON:
                 continue
             at_target = a.at(instants)
             moved = transformed(hypothesis.T_target_source, b.at(instants + hypothesis.shift_s))

@@ -21,7 +21,7 @@ from pose_core.finite_numbers import are_known
 from pose_core.parameters import parameter
 
 FRAME_PERIOD_S = 1.0 / 30.0  # for which the constant Q is defined
-LARGEST_ANGLE_STDDEV = np.radians(60.0)  # bound of unobserved rotations: sigma points would wrap
+MAX_ANGLE_STDDEV = np.radians(60.0)  # bound of unobserved rotations: sigma points would wrap
 BALL_JOINT = 3  # degrees of freedom; the last one is the axial rotation
 RE_REFERENCE_ANGLE = 1.0  # [rad] bound of the root's rotation vector, well inside its chart
 
@@ -165,7 +165,7 @@ class Li2020Filter:
         d = self._size
         stddev = np.sqrt(np.diag(self._covariance)[ROOT_DOF:d])
         scale = np.ones(2 * d)
-        scale[ROOT_DOF:d] = np.minimum(1.0, LARGEST_ANGLE_STDDEV / stddev)
+        scale[ROOT_DOF:d] = np.minimum(1.0, MAX_ANGLE_STDDEV / stddev)
         if np.any(scale < 1.0):
             self._covariance = np.outer(scale, scale) * self._covariance
 

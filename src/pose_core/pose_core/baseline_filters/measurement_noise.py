@@ -8,8 +8,8 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 
-LARGEST_NOISE = 1e3  # [m] practically no information, but finite
-LARGEST_EXPONENT = float(np.log(LARGEST_NOISE))
+MAX_NOISE = 1e3  # [m] practically no information, but finite
+MAX_EXPONENT = float(np.log(MAX_NOISE))
 
 
 def measurement_noise(
@@ -26,7 +26,7 @@ def measurement_noise(
         Shape (sensors, m) [m²]; infinite where not measured.
     """
     deviation = measured - predicted
-    exponent = np.minimum(deviation**2 / (2.0 * predicted_variance), LARGEST_EXPONENT)
+    exponent = np.minimum(deviation**2 / (2.0 * predicted_variance), MAX_EXPONENT)
     v = np.sqrt(2.0 * np.pi * predicted_variance) * np.exp(exponent)  # li2020 (12)
     return np.where(np.isfinite(deviation), v**2, np.inf)  # li2020 (13)
 
@@ -47,6 +47,6 @@ def fuse_measurements(
     information = 1.0 / noise
     total = np.sum(information, axis=0)
     seen = total > 0.0
-    R = np.where(seen, 1.0 / np.where(seen, total, 1.0), LARGEST_NOISE**2)  # li2020 (14)
+    R = np.where(seen, 1.0 / np.where(seen, total, 1.0), MAX_NOISE**2)  # li2020 (14)
     weighted = np.sum(information * np.where(noise < np.inf, measured, 0.0), axis=0)
     return np.where(seen, R * weighted, predicted), R  # li2020 (15)

@@ -11,7 +11,7 @@ from pose_core.body.shape import BodyShape, BodyShapeError, estimate_body_shape
 from pose_core.joints import TrackingState
 from pose_core.stamps import NS_PER_S
 
-MOST_SAMPLES = 2000
+MAX_SAMPLES = 2000
 PATIENCE_S = 10.0  # [s] after which joints that are never seen are assumed
 
 
@@ -26,7 +26,7 @@ class BodyMeasurement:
     def __init__(self, model: BodyModel, duration_s: float) -> None:
         self._model = model
         self._duration_ns = round(duration_s * NS_PER_S)
-        self._samples: deque[FloatArray] = deque(maxlen=MOST_SAMPLES)
+        self._samples: deque[FloatArray] = deque(maxlen=MAX_SAMPLES)
         self._since_ns: int | None = None
         self.status = "measuring the body"
 

@@ -24,12 +24,12 @@ from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, JOINTS, OTHER_SIDE
 from pose_core.plain_yaml import dump_yaml, read_yaml
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
-SMALLEST_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
+MIN_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
 MIN_SAMPLES = 10  # [-] for the outlier test
 MIN_MEASURED = 5  # [-] joints that determine the size of an average body
 UPRIGHT = np.radians(25.0)  # [rad] largest angle between thigh and trunk of a standing person
 ARM_ENDS = JOINT_PAIRS["elbow"] + JOINT_PAIRS["hand"]
-LONGEST_BONE = 1.0  # [m] plausibility limit
+MAX_BONE = 1.0  # [m] plausibility limit
 
 
 class BodyShapeError(PoseError):
@@ -161,14 +161,14 @@ def _upright(in_trunk: FloatArray) -> FloatArray:
 
 
 def _robust_mean(name: str, values: FloatArray) -> float:
-    values = values[np.isfinite(values) & (np.abs(values) < LONGEST_BONE)]
+    values = values[np.isfinite(values) & (np.abs(values) < MAX_BONE)]
     if len(values) < MIN_SAMPLES:
         raise BodyShapeError(
             f"joint {name} was seen whole in {len(values)} samples, at least {MIN_SAMPLES} are "
             "needed: stand where the sensors see the whole body"
         )
     deviations = np.abs(values - np.median(values))
-    spread = max(float(robust_stddev(deviations)), SMALLEST_SPREAD)
+    spread = max(float(robust_stddev(deviations)), MIN_SPREAD)
     return float(np.mean(values[deviations <= OUTLIER * spread]))
 
 
@@ -224,8 +224,8 @@ def shape_of_offsets(what: str, offsets: Any) -> BodyShape:
         )
     for name, value in offsets.items():
         offset = finite_numbers(value, 3)
-        if offset is None or not (np.abs(offset) < LONGEST_BONE).all():
+        if offset is None or not (np.abs(offset) < MAX_BONE).all():
             raise InputError(
-                f"{what}/{name} is {value!r}, expected three numbers within ±{LONGEST_BONE:g} m"
+                f"{what}/{name} is {value!r}, expected three numbers within ±{MAX_BONE:g} m"
             )
     return BodyShape(offsets=np.array([offsets[name] for name in JOINTS], float))

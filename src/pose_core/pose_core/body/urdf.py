@@ -31,8 +31,8 @@ COLORS = {  # suitable for colour-blind people, as those of the markers
 }
 
 
-LARGEST_EFFORT = 1000.0  # [N m] required by URDF
-LARGEST_RATE = 50.0  # [rad/s] likewise
+MAX_EFFORT = 1000.0  # [N m] required by URDF
+MAX_RATE = 50.0  # [rad/s] likewise
 
 
 def add_visuals(
@@ -137,8 +137,8 @@ def make_urdf(model: BodyModel, shape: BodyShape, body_id: str) -> str:
                 "limit",
                 lower=repr(float(lower)),  # exact, since published angles reach it
                 upper=repr(float(upper)),
-                effort=f"{LARGEST_EFFORT:g}",
-                velocity=f"{LARGEST_RATE:g}",
+                effort=f"{MAX_EFFORT:g}",
+                velocity=f"{MAX_RATE:g}",
             )
             parent, origin = child, np.zeros(3)
     for end in end_joints(model):

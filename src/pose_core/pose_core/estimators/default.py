@@ -26,7 +26,7 @@ from pose_core.filter.restart_cause import RestartCause
 from pose_core.filter.start_frames import StartFrames
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.step import StepResult
-from pose_core.filter.tracker_errors import LONGEST_STEP_S
+from pose_core.filter.tracker_errors import MAX_STEP_S
 from pose_core.filter.tuning import FilterTuning
 from pose_core.finite_numbers import nan_mean
 from pose_core.imu.imu_history import ImuMeasurements
@@ -37,9 +37,9 @@ from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, varia
 from pose_core.kernels.published_state import PublishedState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
-LARGEST_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
+MAX_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
 SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
-LONGEST_BRIDGED_S = 5.0  # [s] silence of all sensors after which aligned IMUs do not go on
+MAX_BRIDGED_S = 5.0  # [s] silence of all sensors after which aligned IMUs do not go on
 LATEST_S = 0.1  # [s] frames that are later are not used: their update would amplify errors of rates
 JUMP_BACK_S = JUMP_BACK_NS / NS_PER_S
 DIVERGED_SHARE = 0.5  # [-] of joints far from their prediction: the person is lost
@@ -164,7 +164,7 @@ class DefaultEstimator(StepwiseEstimator):
         """Predict the state to an instant; links with an aligned IMU follow its samples."""
         ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
         state = self._filter.state
-        if state is None or not -LARGEST_LEAD_S <= ahead_s < self.parameters.forget_after:
+        if state is None or not -MAX_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
         ahead_s = max(ahead_s, 0.0)
         aligned = self._alignments.frame(imus)
@@ -212,7 +212,7 @@ class DefaultEstimator(StepwiseEstimator):
             return self._start(observation, RestartCause.TIME_JUMP)
         if is_apart:
             has_imus = len(observation.imus) > 0 and self._has_aligned
-            if not has_imus or ahead_s > LONGEST_BRIDGED_S:
+            if not has_imus or ahead_s > MAX_BRIDGED_S:
                 return self._start(observation, RestartCause.GAP)
         if ahead_s > 0.0:
             self._filter.predict(ahead_s)
@@ -303,7 +303,7 @@ class DefaultEstimator(StepwiseEstimator):
         frame, swaps = self._filter.undo_swaps(measured)
         self.counters.add("sides_swapped", swaps)
         state = self._filter.state
-        passed_s = min(state.views.silent_s[sensor], LONGEST_STEP_S) / len(state.views.silent_s)
+        passed_s = min(state.views.silent_s[sensor], MAX_STEP_S) / len(state.views.silent_s)
         is_crossed = self._crossed.is_crossed(measured, swaps, passed_s)
         if self._facing.faces_backwards(measured, state.pose.rotations[0], passed_s):
             return frame, RestartCause.BACKWARDS

@@ -13,7 +13,7 @@ from pose_core.estimates.poses import FusedPose, pose_by_cameras
 from pose_core.finite_numbers import are_known
 from pose_core.stamps import NS_PER_S
 
-LONGEST_STEP_S = 0.5  # [s] longest time over which differences give rates
+MAX_STEP_S = 0.5  # [s] longest time over which differences give rates
 
 
 class PoseOfJoints:
@@ -56,7 +56,7 @@ class PoseOfJoints:
         if self._position is not None:
             position = continuous_dof(position, self._position)
             step_s = (stamp_ns - self._stamp_ns) / NS_PER_S
-            if 0.0 < step_s <= LONGEST_STEP_S:
+            if 0.0 < step_s <= MAX_STEP_S:
                 velocity = (position - self._position) / step_s
         self._position, self._stamp_ns = position, stamp_ns
         body = BodyPose(

@@ -31,7 +31,7 @@ from pose_core.estimates.body_estimates import Source
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.pose_of_joints import LONGEST_STEP_S, PoseOfJoints
+from pose_core.estimators.pose_of_joints import MAX_STEP_S, PoseOfJoints
 from pose_core.imu.attitude_aligner import AttitudeAligner
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -163,7 +163,7 @@ class Zhang2015Estimator(StepwiseEstimator):
         pose.rotations, pose.joints = placed.rotations, placed.positions
         if self._previous is not None:
             step_s = (observation.stamp_ns - self._previous[0]) / NS_PER_S
-            if 0.0 < step_s <= LONGEST_STEP_S:
+            if 0.0 < step_s <= MAX_STEP_S:
                 pose.velocity = (pose.position - before) / step_s
 
     def _read_link(

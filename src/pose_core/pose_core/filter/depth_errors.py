@@ -26,12 +26,12 @@ from pose_core.kernels.compiling import compiled, compiled_in_place
 
 MEMORY_S = 1.0  # [s] time constant with which d decays
 LEARNING_S = 10.0  # [s] over which its mean square is estimated
-LEAST_VARIANCE = 0.005**2  # [m²] of d
+MIN_VARIANCE = 0.005**2  # [m²] of d
 NOISE_LEARNING_S = 3.0  # [s] over which the noise along the rays is estimated
 USUAL_VARIANCE = 0.02**2  # [m²] of depth cameras with a body model, mean of d² + NOISE_SHARE e²
 NOISE_SHARE = 0.25  # [-]
 LARGE_VARIANCE = 0.06**2  # [m²] above the usual one, with half of the largest effect
-LARGEST_EXCESS = 3.0  # [-] of the published variances
+MAX_EXCESS = 3.0  # [-] of the published variances
 
 
 @compiled_in_place
@@ -93,7 +93,7 @@ def estimate_depth_errors(update: FrameUpdate, state: FilterState) -> None:
         return
     squared = state.views.depth_error[sensor] ** 2 + state.views.depth_error_variance[sensor]
     power += (1.0 - np.exp(-gap_s / LEARNING_S)) * (squared - power)
-    state.views.depth_error_power[sensor] = max(power, LEAST_VARIANCE)
+    state.views.depth_error_power[sensor] = max(power, MIN_VARIANCE)
     share = 1.0 - np.exp(-gap_s / NOISE_LEARNING_S)
     excess = noise_along_rays(update)
     noise = state.views.depth_noise[sensor]
@@ -136,4 +136,4 @@ def depth_variance_scale(depth_error_power: FloatArray, depth_noise: FloatArray)
     for sensor in range(len(depth_noise)):
         total += depth_error_power[sensor] + NOISE_SHARE * depth_noise[sensor]
     excess = max(total / len(depth_noise) - USUAL_VARIANCE, 0.0)
-    return 1.0 + LARGEST_EXCESS * excess / (excess + LARGE_VARIANCE)
+    return 1.0 + MAX_EXCESS * excess / (excess + LARGE_VARIANCE)

@@ -15,8 +15,8 @@ from pose_core.filter.frame import CameraFrame
 from pose_core.joints import LEGS, TrackingState
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 
-LEAST_BEND = 0.08  # [m] of the knee from the line between hip and foot: bent by about 25°
-LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis
+MIN_BEND = 0.08  # [m] of the knee from the line between hip and foot: bent by about 25°
+MIN_COSINE = 0.5  # [-] between a knee's direction and the forward axis
 BACKWARDS_S = 0.5  # [s] bound of the sum either way; at the lower one, the state is wrong
 
 
@@ -71,8 +71,8 @@ def knees_forwards(
             bend = joints[knee, axis] - 0.5 * (joints[hip, axis] + joints[foot, axis])
             along += bend * R_map_pelvis[axis, 0]
             squared += bend * bend
-        if squared > LEAST_BEND**2:  # false for NaN
-            count += (along > LEAST_COSINE * np.sqrt(squared)) - (
-                along < -LEAST_COSINE * np.sqrt(squared)
+        if squared > MIN_BEND**2:  # false for NaN
+            count += (along > MIN_COSINE * np.sqrt(squared)) - (
+                along < -MIN_COSINE * np.sqrt(squared)
             )
     return count

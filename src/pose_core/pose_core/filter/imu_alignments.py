@@ -28,13 +28,13 @@ from pose_core.stamps import NS_PER_S
 SOLVE_PERIOD_NS = NS_PER_S // 2
 CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU is realigned
 MISLED_STDDEV = 1.0  # [rad] of the link that such an IMU has turned
-LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
+MAX_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 RESTARTED_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
 RESTRAPPED_NS = 2 * NS_PER_S  # [ns] over a longer one, it may have been strapped on anew
 STRAP_WALK = np.radians(3.0)  # [rad/s] of the mounting in such a gap
-LARGEST_STRAP_WALK = np.radians(12.0)  # [rad]
-LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
+MAX_STRAP_WALK = np.radians(12.0)  # [rad]
+MIN_OTHERS = 2  # [-] aligned IMUs required to agree on north
 COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
 SYSTEMATIC_STDDEV = np.radians([2.3, 2.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
@@ -168,7 +168,7 @@ class ImuAlignments:
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
             return state
-        dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
+        dt_s = min((stamp_ns - before_ns) / NS_PER_S, MAX_STEP_S)
         for row, worn in self._imus.with_link(imus.segments):
             if worn.use.is_aligned:
                 if self._is_contradicted(worn, state):
@@ -344,7 +344,7 @@ class ImuAlignments:
             for each in self._imus
             if each.use.is_aligned and each.knows_north
         ]
-        if not worn.knows_north or len(others) < LEAST_OTHERS:
+        if not worn.knows_north or len(others) < MIN_OTHERS:
             return None
         mean = np.angle(np.exp(1j * np.array(others)).sum())
         apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
@@ -372,5 +372,5 @@ class ImuAlignments:
 
 def _after_gap(alignment: SensorToSegment, gap_ns: int) -> SensorToSegment:
     """An alignment after a gap, in which the sensor may have been moved."""
-    moved = min(STRAP_WALK * gap_ns / NS_PER_S, LARGEST_STRAP_WALK)
+    moved = min(STRAP_WALK * gap_ns / NS_PER_S, MAX_STRAP_WALK)
     return replace(alignment, stddev=np.hypot(alignment.stddev, moved))

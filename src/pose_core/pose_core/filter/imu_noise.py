@@ -29,10 +29,10 @@ from pose_core.filter.view_noise import NEWEST_S, VISIBLE
 from pose_core.kernels.compiling import compiled
 
 GAIN = 1.0  # [1/s] k
-LARGEST_FACTOR = 20.0  # [-]
+MAX_FACTOR = 20.0  # [-]
 MEMORY_S = 10.0  # [s] of the sums
 MEAN_S = 1.0  # [s] time constant of the mean residuals
-LARGEST_TURN = 0.5  # [rad] above which a camera has lost the joint
+MAX_TURN = 0.5  # [rad] above which a camera has lost the joint
 
 
 @compiled
@@ -62,7 +62,7 @@ def estimate_imu_noise(
         if not state.imus.is_used[link] or starts[link] < 0:
             continue
         turned = turn_of_link(update, starts[link], ends[link], group_of)
-        if not np.sum(turned**2) < LARGEST_TURN**2:
+        if not np.sum(turned**2) < MAX_TURN**2:
             continue
         mean = state.imus.link_mean_residual[sensor, link]
         mean += share * (turned - mean)
@@ -77,7 +77,7 @@ def estimate_imu_noise(
             sums[1] += 0.5 * np.sum(residual**2 + theirs**2)
             excess = sums[0] / sums[1] - usual_correlation[link]
             factor = state.imus.noise[link] * np.exp(GAIN * update.gap_s * excess)
-            state.imus.noise[link] = min(max(factor, 1.0), LARGEST_FACTOR)
+            state.imus.noise[link] = min(max(factor, 1.0), MAX_FACTOR)
 
 
 @compiled

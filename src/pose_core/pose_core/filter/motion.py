@@ -16,7 +16,7 @@ from pose_core.filter.state import NO_COLUMN, FilterState, Pose
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.rotations import rotate_left
 
-LARGEST_STDDEV = 1.2  # [rad] bound of an unobserved rotation's error: the tangent space is local
+MAX_STDDEV = 1.2  # [rad] bound of an unobserved rotation's error: the tangent space is local
 
 
 class MotionConstants(NamedTuple):
@@ -145,10 +145,10 @@ def add_white_acceleration(
 
 @compiled_in_place
 def bound_rotations(P: FloatArray, layout: Layout) -> None:
-    """Scale P so that no rotation's standard deviation exceeds :data:`LARGEST_STDDEV`."""
+    """Scale P so that no rotation's standard deviation exceeds :data:`MAX_STDDEV`."""
     for i in range(3, layout.first_slide):
-        if P[i, i] > LARGEST_STDDEV**2:
-            scale = LARGEST_STDDEV / np.sqrt(P[i, i])
+        if P[i, i] > MAX_STDDEV**2:
+            scale = MAX_STDDEV / np.sqrt(P[i, i])
             for k in range(len(P)):
                 P[i, k] *= scale
             for k in range(len(P)):

@@ -20,7 +20,7 @@ from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.rotations import logarithm, transposed_product
 from pose_core.kernels.swing_twist import flexion, twist
 
-LEAST_DEFINED = 1e-3  # [-] lower bound of how well a twist is defined
+MIN_DEFINED = 1e-3  # [-] lower bound of how well a twist is defined
 HINGE_DOF = 3.0  # [-] of Student's t of hinges: a wrong prior yields to the cameras
 OPPOSITE = -0.5  # [-] cosine between a hinge's lateral axes, below which one link is turned back
 NO_SOURCE = -1
@@ -58,7 +58,7 @@ def add_posture_rows(constants: PostureConstants, rotations: FloatArray, rows: R
         R = rotations[link]
         transposed_product(rotations[parent], R, relative)
         angle, defined = twist(relative)
-        variance = constants.twist_variance[index] / max(defined, LEAST_DEFINED) ** 2
+        variance = constants.twist_variance[index] / max(defined, MIN_DEFINED) ** 2
         add_relative_rotation(
             rows, parent, link, (R[0, 2], R[1, 2], R[2, 2]), -angle, variance, NORMAL
         )

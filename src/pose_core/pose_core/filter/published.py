@@ -29,7 +29,7 @@ from pose_core.kernels.published_state import PublishedState
 from pose_core.kernels.rotations import exponential, product, product_transposed
 
 PUBLISHED_SLIDE = 0.6  # [-] of a slide
-LONGEST_STEADY_S = 0.2  # [s] for which the root is predicted to keep its velocity
+MAX_STEADY_S = 0.2  # [s] for which the root is predicted to keep its velocity
 
 
 @compiled
@@ -60,7 +60,7 @@ def predict_published(
     pose.rotations[:], pose.rates[:] = state.pose.rotations, state.pose.rates
     keep, rate_time_s = rate_decay(motion.rate_memory_s, dt_s)
     predict_mean(pose, keep, rate_time_s, np.exp(-dt_s / motion.slide_memory_s))
-    steady_s = min(dt_s, LONGEST_STEADY_S)
+    steady_s = min(dt_s, MAX_STEADY_S)
     pose.position[:] = state.pose.position + steady_s * state.pose.velocity
     rate_times_s = np.full(links, rate_time_s)
     rotate_with_imus(state, before, imus, pose, rate_times_s)

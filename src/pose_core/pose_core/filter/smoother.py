@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.layout import Layout
-from pose_core.filter.motion import LARGEST_STDDEV, rate_decay
+from pose_core.filter.motion import MAX_STDDEV, rate_decay
 from pose_core.filter.state import NO_COLUMN, FilterState, inject_error
 from pose_core.filter.tuning import MotionPrior
 
@@ -79,7 +79,7 @@ def _smooth(
     own = np.ix_(columns, columns)
     P, P_predicted = state.P[own], predicted.P[own]
     rotations = np.diag(P_predicted)[3 : len(columns) // 2]
-    if rotations.max() >= AT_BOUND * LARGEST_STDDEV**2:
+    if rotations.max() >= AT_BOUND * MAX_STDDEV**2:
         return
     try:
         G = cho_solve(cho_factor(P_predicted), F @ P).T

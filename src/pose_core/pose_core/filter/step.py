@@ -19,7 +19,7 @@ from pose_core.filter.rows import make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.standing_foot import add_standing_foot_rows, note_foot_height
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
-from pose_core.filter.tracker_errors import LONGEST_STEP_S, update_tracker_errors
+from pose_core.filter.tracker_errors import MAX_STEP_S, update_tracker_errors
 from pose_core.filter.update import robust_update
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.linear_algebra import add, inverse, scaled, symmetric
@@ -110,7 +110,7 @@ def update_with_frame(
     result = robust_update(constants.frame_update, state, rows)
     if not result.is_finite:
         return False, 0, np.nan, np.nan
-    gap_s = min(state.views.silent_s[frame.sensor], LONGEST_STEP_S)
+    gap_s = min(state.views.silent_s[frame.sensor], MAX_STEP_S)
     state.views.silent_s[frame.sensor] = 0.0
     update = FrameUpdate(frame, view, gap_s, rows, joint_groups, result)
     update_tracker_errors(constants.tracker_errors, update, state)

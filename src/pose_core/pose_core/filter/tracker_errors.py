@@ -33,8 +33,8 @@ from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
 SMOOTHED_NIS_CLIP = 400.0  # [-] to which a joint's NIS is clipped before it is smoothed
-LONGEST_STEP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
-SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.2  # [s] of a tracker
+MAX_STEP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
+MIN_DELAY_S, MAX_DELAY_S = -0.02, 0.2  # [s] of a tracker
 DELAY_GAIN = 2.2
 """[-] The state follows a late camera in part, so residuals show less than half of a delay. With
 this gain, no lag was left in sessions with nine IMUs."""
@@ -153,7 +153,7 @@ def estimate_delay(
             sums[link, 0] += weight * v * v
             sums[link, 1] += weight * v * (delay_s * v - DELAY_GAIN * r)
     delay_s = combined_delay(constants, sums)[0]
-    state.views.delay[frame.sensor] = min(max(delay_s, SHORTEST_DELAY_S), LONGEST_DELAY_S)
+    state.views.delay[frame.sensor] = min(max(delay_s, MIN_DELAY_S), MAX_DELAY_S)
 
 
 @compiled

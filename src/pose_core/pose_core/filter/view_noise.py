@@ -21,18 +21,18 @@ from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 
 USUAL_VARIANCE = 0.03**2  # [m²] σ0²
-LEAST_SCALE, LARGEST_SCALE = 0.25, 2.0  # [-] of R
+MIN_SCALE, MAX_SCALE = 0.25, 2.0  # [-] of R
 LEARNING_S = 5.0  # [s]
 NEWEST_S = 0.05  # [s] largest age of the view that is compared
 VISIBLE = 0.3  # [-] largest occlusion of a joint that is compared
-LEAST_JOINTS = 6  # [-]
-LARGEST_DIFFERENCE = 4.0  # [-] in standard deviations, to which differences are clipped
+MIN_JOINTS = 6  # [-]
+MAX_DIFFERENCE = 4.0  # [-] in standard deviations, to which differences are clipped
 
 
 @compiled_in_place
 def noise_scale(state: FilterState) -> float:
     """Factor [-] of the variance of a visible joint."""
-    return min(max(np.sqrt(state.views.noise[0]), LEAST_SCALE), LARGEST_SCALE)
+    return min(max(np.sqrt(state.views.noise[0]), MIN_SCALE), MAX_SCALE)
 
 
 @compiled
@@ -47,13 +47,13 @@ def estimate_view_noise(update: FrameUpdate, state: FilterState) -> None:
         if is_tracked and predicted.occlusion[joint] < VISIBLE:
             residual[joint] = frame.positions[joint, 2] - predicted.positions[joint, 2]
     share = 1.0 - np.exp(-update.gap_s / LEARNING_S)
-    limit = LARGEST_DIFFERENCE * np.sqrt(2.0 * USUAL_VARIANCE * state.views.noise[0])
+    limit = MAX_DIFFERENCE * np.sqrt(2.0 * USUAL_VARIANCE * state.views.noise[0])
     for other in range(len(state.views.silent_s)):
         if other == frame.sensor or state.views.silent_s[other] > NEWEST_S:
             continue
         difference = residual - state.views.residual[other]
         difference = difference[np.isfinite(difference)]
-        if len(difference) >= LEAST_JOINTS:
+        if len(difference) >= MIN_JOINTS:
             difference = np.minimum(np.maximum(difference, -limit), limit)
             relative = 0.5 * np.var(difference) / USUAL_VARIANCE
             state.views.noise[0] += share * (relative - state.views.noise[0])

@@ -13,7 +13,7 @@ from pose_core.imu.sensor_alignment import SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 
 MOVED = np.cos(np.radians(8.0))  # [-] cosine of the angle from which on a sensor has moved
-MOST_SETS = 100  # [-] of IMUs that had samples at one instant, which are remembered
+MAX_SETS = 100  # [-] of IMUs that had samples at one instant, which are remembered
 
 
 @dataclass(kw_only=True)
@@ -70,7 +70,7 @@ class WornImus:
         """Index and IMU of each of these names, where the model has a link to wear it on."""
         found = self._with_link.get(segments)
         if found is None:
-            if len(self._with_link) == MOST_SETS:
+            if len(self._with_link) == MAX_SETS:
                 self._with_link.clear()
             imus = [self._imus.setdefault(name, self._make(name)) for name in segments]
             found = [(row, imu) for row, imu in enumerate(imus) if imu.use.has_link]

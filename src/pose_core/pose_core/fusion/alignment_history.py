@@ -23,7 +23,7 @@ SHOWS_NS = 10 * NS_PER_S  # [ns] within which a slip shows, and the first estima
 COMPLETE_NS = 60 * NS_PER_S  # [ns] since the last IMU was aligned
 STDDEV = np.radians([3.3, 3.3, 6.0])
 """[rad] of an estimate about the segment's axes, in addition to its own; turns settle slowly."""
-MOST_SIGMAS = 3.5  # [-] by which estimates of the same mounting differ
+MAX_SIGMAS = 3.5  # [-] by which estimates of the same mounting differ
 
 
 @dataclass(kw_only=True)
@@ -99,4 +99,4 @@ def _differ(reference: SensorToSegment, alignment: SensorToSegment) -> bool:
     turned = np.empty(3)
     logarithm(reference.R_sensor_segment.T @ alignment.R_sensor_segment, turned)
     variance = reference.stddev**2 + STDDEV**2
-    return bool(np.sum(turned**2 / variance) > MOST_SIGMAS**2)
+    return bool(np.sum(turned**2 / variance) > MAX_SIGMAS**2)

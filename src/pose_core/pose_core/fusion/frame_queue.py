@@ -13,7 +13,7 @@ from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 ALONE_NS = NS_PER_S // 20  # [ns] least silence of the cameras after which the IMUs give frames
 STEP_NS = NS_PER_S // 50  # [ns] between frames with only IMUs
 LATEST_ALONE_NS = 3 * NS_PER_S // 20  # [ns] the same of slow cameras, at most
-LONGEST_LAG_NS = NS_PER_S // 2  # [ns] bound of the cameras' usual lag behind the IMUs
+MAX_LAG_NS = NS_PER_S // 2  # [ns] bound of the cameras' usual lag behind the IMUs
 LAGS = 9  # [frames] over which lags and intervals are remembered
 
 
@@ -51,7 +51,7 @@ class CameraLag:
         return (*range(first_ns, stamp_ns - STEP_NS // 2, STEP_NS), stamp_ns)
 
     def _usual_lag_ns(self) -> int:
-        return min(*self._lags_ns, LONGEST_LAG_NS) if self._lags_ns else 0
+        return min(*self._lags_ns, MAX_LAG_NS) if self._lags_ns else 0
 
 
 class FrameQueue:

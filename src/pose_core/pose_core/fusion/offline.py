@@ -11,7 +11,7 @@ import numpy as np
 from pose_core.estimates.body_estimates import BodyEstimate
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.estimators.registry import estimator_class
-from pose_core.filter.tracker_errors import LONGEST_DELAY_S
+from pose_core.filter.tracker_errors import MAX_DELAY_S
 from pose_core.fusion.alignment_history import AlignmentHistory
 from pose_core.fusion.estimator_runner import EstimatorMaker
 from pose_core.fusion.pipeline import Pipeline
@@ -130,7 +130,7 @@ def with_measured_delay(parameters: Parameters, first: Pipeline) -> Parameters:
         return parameters
     weight = delays[:, 1] ** -2.0
     mean_s = float(weight @ delays[:, 0] / weight.sum())
-    return replace(parameters, tracker_delay=min(max(mean_s, 0.0), LONGEST_DELAY_S))
+    return replace(parameters, tracker_delay=min(max(mean_s, 0.0), MAX_DELAY_S))
 
 
 def series_of_estimates(estimates: Sequence[BodyEstimate]) -> EstimateSeries:

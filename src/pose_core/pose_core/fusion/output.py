@@ -15,8 +15,8 @@ from pose_core.kernels.output import OutputBody, PoseOutput, output_states
 from pose_core.kernels.output_blending import make_blending
 from pose_core.kernels.tracking_states import tracking_states
 
-LARGEST_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an unknown angle: uniform distribution, 104°
-LEAST_STDDEV = np.radians(0.5)  # [rad] of an angle
+MAX_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an unknown angle: uniform distribution, 104°
+MIN_STDDEV = np.radians(0.5)  # [rad] of an angle
 START_STDDEV = np.radians(30.0)  # [rad] of the angles, below which publishing starts
 
 
@@ -87,7 +87,7 @@ class StateOutput:
         fields = output._asdict()
         # A smoothed covariance may be indefinite by rounding.
         stddev = np.sqrt(np.maximum(fields.pop("variance"), 0.0))
-        stddev[:, ROOT_DOF:] = np.clip(stddev[:, ROOT_DOF:], LEAST_STDDEV, LARGEST_STDDEV)
+        stddev[:, ROOT_DOF:] = np.clip(stddev[:, ROOT_DOF:], MIN_STDDEV, MAX_STDDEV)
         return EstimateBlock(
             stamps_ns=stamps_ns,
             newest_ns=block.newest_ns,

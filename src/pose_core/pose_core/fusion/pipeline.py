@@ -30,10 +30,10 @@ from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import ONE_IMU, Clock, Clocks, reference_delay_s
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
-LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
+MAX_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
 EARLIEST_S = -0.03  # [s] delay of a tracker; below it, the IMUs are late
 UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a delay is not known yet
-LONGEST_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
+MAX_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
 BLOCK = 50  # [estimates] of a recording that are published together
 INVERSE_ORIENTATION = (
     "its orientation is the inverse, from the world to the sensor, or its quaternion is in the "
@@ -259,7 +259,7 @@ class Pipeline:
         """
         if self._grid is None:
             return []
-        instants, skipped = self._grid.until(now_ns, LONGEST_BACKLOG_NS)
+        instants, skipped = self._grid.until(now_ns, MAX_BACKLOG_NS)
         self.counters.add("outputs_skipped", skipped)
         for instant_ns in instants:
             self._predict(instant_ns)
@@ -298,7 +298,7 @@ class Pipeline:
             estimates += self.publish_waiting(least)
         return estimates
 
-    def _publish_before(self, stamp_ns: int, longest_gap_ns: int = LONGEST_INTERPOLATED_NS) -> None:
+    def _publish_before(self, stamp_ns: int, longest_gap_ns: int = MAX_INTERPOLATED_NS) -> None:
         """Publish a recording's instants up to the last observation; in a gap, up to the next one.
 
         Between two observations they are interpolated, in a gap predicted.

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 from pose_core.counters import Counters
 from pose_core.streams.samples import ImuBlock, SkeletonSample
 
-LONGEST_NS = 30_000_000_000  # [ns] older samples are discarded
+MAX_DURATION_NS = 30_000_000_000  # [ns] older samples are discarded
 DISCARDED_SKELETONS = "skeletons_discarded_before_extrinsics"
 DISCARDED_IMU_SAMPLES = "imu_samples_discarded_before_extrinsics"
 COUNTERS = (DISCARDED_SKELETONS, DISCARDED_IMU_SAMPLES)
@@ -29,7 +29,7 @@ class SampleBuffer(deque[S | ImuBlock], Generic[S]):
     def add(self, sample: S | ImuBlock) -> None:
         """Append a non-empty sample, and discard those that are too old."""
         self.append(sample)
-        while abs(_stamp_ns(sample) - _stamp_ns(self[0])) > LONGEST_NS:
+        while abs(_stamp_ns(sample) - _stamp_ns(self[0])) > MAX_DURATION_NS:
             discarded = self.popleft()
             if isinstance(discarded, ImuBlock):
                 self._counters.add(DISCARDED_IMU_SAMPLES, len(discarded))

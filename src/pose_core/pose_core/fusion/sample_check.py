@@ -16,7 +16,7 @@ from pose_core.streams.recording_order import WAIT_NS
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
 FARTHEST_M = 40.0  # [m] median distance of joints from a camera
-SHORTEST_STEP_NS = 1_000_000  # [ns] between two frames of a camera: no tracker has 1000 Hz
+MIN_STEP_NS = 1_000_000  # [ns] between two frames of a camera: no tracker has 1000 Hz
 
 
 def check_samples(
@@ -103,8 +103,8 @@ def _check_units(sensor: str, samples: Sequence[SkeletonSample]) -> None:
             f"{FARTHEST_M:g} m: give positions in metres"
         )
     steps_ns = np.diff(np.unique([each.stamp_ns for each in samples]))
-    if len(steps_ns) and np.median(steps_ns) < SHORTEST_STEP_NS:
+    if len(steps_ns) and np.median(steps_ns) < MIN_STEP_NS:
         raise InputError(
             f"frames of sensor '{sensor}' are {np.median(steps_ns):g} ns apart (median), expected "
-            f"{SHORTEST_STEP_NS} ns or more: give stamp_ns in nanoseconds"
+            f"{MIN_STEP_NS} ns or more: give stamp_ns in nanoseconds"
         )

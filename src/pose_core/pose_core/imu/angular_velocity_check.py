@@ -34,21 +34,21 @@ from pose_core.streams.samples import ImuBlock
 
 REPLACED_STDDEV = 0.2  # [rad/s] of a rate that is the orientation's change
 SMOOTHING_S = 0.005  # [s] time constant of that change
-LONGEST_STEP_S = 0.1  # [s] after a longer gap nothing is compared
-LARGEST_RATE = 35.0  # [rad/s] a faster change is a leap of the orientation
+MAX_STEP_S = 0.1  # [s] after a longer gap nothing is compared
+MAX_RATE = 35.0  # [rad/s] a faster change is a leap of the orientation
 WINDOW_S = 0.1  # [s]
-LEAST_TURN = 0.07  # [rad] within a window
+MIN_TURN = 0.07  # [rad] within a window
 TURN_NOISE = 0.03  # [rad] of an orientation within a window, and of a gyroscope's bias
 MEMORY = 0.98  # [-] weight of a window against the next
-LEAST_WINDOWS = 4.5  # [-] weight of the windows before a rate is replaced
+MIN_WINDOWS = 4.5  # [-] weight of the windows before a rate is replaced
 CERTAIN_WINDOWS = 9.0  # [-] and before it is named
 CONTRADICTION = 0.5  # [-] error's power about an axis, against the turn's
-LEAST_SHARE = 0.2  # [-] of the turn's power, that an axis counts with at least
-LEAST_MEASURED = 50  # [-] samples with a rate, of a device that measures it
+MIN_SHARE = 0.2  # [-] of the turn's power, that an axis counts with at least
+MIN_MEASURED = 50  # [-] samples with a rate, of a device that measures it
 MISSING_MEMORY = 0.02  # [-] weight of a sample in the share of those without a rate
 INVERSE_FITS, ELSE_FITS = 0.9, 0.75  # [-] share of the turns that an inverse explains, and does not
-MOST_UNDECIDED = 30.0  # [-] weight of the windows from which on turns about one axis are all it has
-LEAST_INVERSE = 2  # [-] IMUs found inverse from which on their driver is to blame
+MAX_UNDECIDED = 30.0  # [-] weight of the windows from which on turns about one axis are all it has
+MIN_INVERSE = 2  # [-] IMUs found inverse from which on their driver is to blame
 NO_TURN, MANY_TURNS = 0.01, 100.0  # [-] power of the rate's turn, against the orientation's
 
 
@@ -124,7 +124,7 @@ class AngularVelocityCheck:
         for imu in np.flatnonzero(contradicted == RateFault.OTHER_AXES).tolist():
             if self._is_inverse(imu):
                 contradicted[imu] = RateFault.INVERSE
-        had_rates = memory.measured >= LEAST_MEASURED
+        had_rates = memory.measured >= MIN_MEASURED
         unmeasured = np.where(had_rates, RateFault.LOST, RateFault.MISSING)
         missing = np.where(memory.missing > 0.5, unmeasured, RateFault.NONE)
         faults = self._rows.named(np.where(contradicted, contradicted, missing))
@@ -139,14 +139,14 @@ class AngularVelocityCheck:
         memory = self._rows.memory
         found = [name for name, fault in self.faults.items() if fault == RateFault.INVERSE]
         is_sound = (memory.fault == RateFault.NONE) & (memory.windows >= CERTAIN_WINDOWS)
-        is_driver = len(found) >= LEAST_INVERSE and not is_sound.any()
+        is_driver = len(found) >= MIN_INVERSE and not is_sound.any()
         return frozenset(self._rows.segments if is_driver else found)
 
     @property
     def undecided(self) -> frozenset[str]:
         """Segments whose orientations may be the inverse, by the few turns so far."""
         memory = self._rows.memory
-        is_new = (memory.fault == RateFault.OTHER_AXES) & (memory.windows < MOST_UNDECIDED)
+        is_new = (memory.fault == RateFault.OTHER_AXES) & (memory.windows < MAX_UNDECIDED)
         rows = np.flatnonzero(is_new).tolist()
         return frozenset(self._rows.segments[i] for i in rows if self._fits(i)[1] > INVERSE_FITS)
 
@@ -196,7 +196,7 @@ def check_rates(
             is_measured &= np.isfinite(given)
             memory.since[i, axis] += 0.5 * dt_s * (memory.given[i, axis] + given)
             memory.given[i, axis] = given
-        if dt_s < 0.0 or memory.held_s[i] > LONGEST_STEP_S:
+        if dt_s < 0.0 or memory.held_s[i] > MAX_STEP_S:
             _begin_window(memory, i)
             _anchor(memory, i, orientation[row])
             memory.change[i] = 0.0
@@ -241,7 +241,7 @@ def _add_turn(memory: _RateMemory, i: int, after: FloatArray) -> None:
     length = np.sqrt(x * x + y * y + z * z + w * w)
     scale = vector_scale(x / length, y / length, z / length, w / length) / length
     turn = (scale * x, scale * y, scale * z)
-    if turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 > (LARGEST_RATE * step_s) ** 2:
+    if turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 > (MAX_RATE * step_s) ** 2:
         _begin_window(memory, i)
         return
     forth = (before[0], before[1], before[2], before[3])
@@ -264,7 +264,7 @@ def _judge(memory: _RateMemory, i: int) -> None:
         power += memory.turn[i, axis] ** 2
         given_power += memory.given_turn[i, axis] ** 2
     largest = max(power, given_power)
-    if not np.isfinite(given_power) or largest < LEAST_TURN**2:
+    if not np.isfinite(given_power) or largest < MIN_TURN**2:
         return
     memory.windows[i] = MEMORY * memory.windows[i] + 1.0
     memory.given_power[i] = MEMORY * memory.given_power[i] + given_power / largest
@@ -280,10 +280,10 @@ def _judge(memory: _RateMemory, i: int) -> None:
         error = max((given - turn) ** 2 - TURN_NOISE**2, 0.0)
         memory.error[i, axis] = MEMORY * memory.error[i, axis] + error / largest
         memory.power[i, axis] = MEMORY * memory.power[i, axis] + turn**2 / largest
-        least = LEAST_SHARE * memory.windows[i]
+        least = MIN_SHARE * memory.windows[i]
         worst = max(worst, memory.error[i, axis] / max(memory.power[i, axis], least))
         all_power += memory.power[i, axis]
-    if memory.windows[i] < LEAST_WINDOWS:
+    if memory.windows[i] < MIN_WINDOWS:
         return
     if worst < CONTRADICTION:
         memory.fault[i] = RateFault.NONE

@@ -15,7 +15,7 @@ from pose_core.stamps import NS_PER_S
 
 SOLVE_PERIOD_NS = NS_PER_S // 2
 AXIS_STDDEV, TURN_STDDEV = 0.15, 0.5  # [rad] of an estimated link: of its axis, about its axis
-LONGEST_STEP_S = 0.1  # [s] upper bound of the time that one instant stands for
+MAX_STEP_S = 0.1  # [s] upper bound of the time that one instant stands for
 
 
 class AttitudeAligner:
@@ -57,7 +57,7 @@ class AttitudeAligner:
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns <= before_ns:
             return
-        dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
+        dt_s = min((stamp_ns - before_ns) / NS_PER_S, MAX_STEP_S)
         for row, segment in enumerate(imus.segments):
             use = self._uses.setdefault(segment, ImuUse(segment=segment))
             link = self._model.segments.get(segment)

@@ -19,12 +19,12 @@ from pose_core.imu.imu_rows import ImuRows
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.streams.samples import ImuBlock
 
-LONGEST_BURST_NS = 250e6  # [ns] a longer pause is a silence
+MAX_BURST_NS = 250e6  # [ns] a longer pause is a silence
 MEMORY = 200.0  # [-] intervals of the running means
 CLOSE = 0.3  # [periods] shorter intervals are within a burst
 BURST_SHARE = 0.3  # [-] of intervals within bursts, from which on the samples come in bursts
 BURSTS = 3.0  # [-] whose last samples show how far the sampling times are behind
-LONGEST_DELAY_NS = 100e6  # [ns] of a sample in a burst
+MAX_DELAY_NS = 100e6  # [ns] of a sample in a burst
 
 
 class _BurstMemory(NamedTuple):
@@ -77,10 +77,10 @@ def restore_stamps(
         i = imu[row]
         since_ns = float(stamps_ns[row] - memory.arrival_ns[i])
         is_first = memory.arrival_ns[i] == 0
-        if not is_first and -LONGEST_BURST_NS < since_ns < 0.0:
+        if not is_first and -MAX_BURST_NS < since_ns < 0.0:
             continue
         memory.arrival_ns[i] = stamps_ns[row]
-        if is_first or abs(since_ns) > LONGEST_BURST_NS:
+        if is_first or abs(since_ns) > MAX_BURST_NS:
             memory.begin_ns[i], memory.sampled_ns[i] = stamps_ns[row], 0.0
             continue
         memory.intervals[i] = min(memory.intervals[i] + 1.0, MEMORY)
@@ -94,7 +94,7 @@ def restore_stamps(
         sampled_ns = memory.sampled_ns[i] + memory.period_ns[i]
         if not is_close:
             sampled_ns += lost_time(memory, i, arrived_ns - since_ns - memory.sampled_ns[i])
-        memory.sampled_ns[i] = min(max(sampled_ns, arrived_ns - LONGEST_DELAY_NS), arrived_ns)
+        memory.sampled_ns[i] = min(max(sampled_ns, arrived_ns - MAX_DELAY_NS), arrived_ns)
         stamps_ns[row] = memory.begin_ns[i] + np.int64(memory.sampled_ns[i])
         has_changed = True
     return has_changed

@@ -24,7 +24,7 @@ from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = 160_000_000  # [ns] between two instants: errors of the cameras are correlated
-LONGEST_STEP_S = 0.2  # [s] for which one instant stands at most
+MAX_STEP_S = 0.2  # [s] for which one instant stands at most
 MEMORY_S = 60.0  # [s] time constant of the sums
 DIRECTION_STDDEV = 0.12  # [rad] of a limb's direction by a camera
 TRUNK_STDDEV = 0.18  # [rad] of the trunk's, which is not rigid
@@ -58,7 +58,7 @@ class ExchangeCheck:
         if 0 <= since_ns < PERIOD_NS:
             return
         self._stamp_ns = stamp_ns
-        dt_s = min(since_ns / NS_PER_S, LONGEST_STEP_S) if since_ns > 0 else 0.0
+        dt_s = min(since_ns / NS_PER_S, MAX_STEP_S) if since_ns > 0 else 0.0
         keep = np.exp(-dt_s / MEMORY_S)
         self._sums *= keep
         self._weight *= keep

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
-from pose_core.imu.orientation_check import LONGEST_STEP_S
+from pose_core.imu.orientation_check import MAX_STEP_S
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.kernels.quaternions import Quaternion, integrated_orientation, quaternion_product
 from pose_core.stamps import NS_PER_S
@@ -26,7 +26,7 @@ from pose_core.streams.samples import ImuBlock
 
 LONG = 4  # [s]
 KEPT = float(np.exp(-1.0 / 60.0))  # [-] of the sums after a second
-LARGEST_CHANGE = 0.5  # [rad] in a second; more is a fault of the device or of its stamps
+MAX_CHANGE = 0.5  # [rad] in a second; more is a fault of the device or of its stamps
 SOUND = np.radians(1.5)  # [rad/√s] walk of most IMUs in an undisturbed field, at most
 DISTURBED = np.radians(2.5)  # [rad/√s] from which on the field is named
 
@@ -102,7 +102,7 @@ def watch_samples(
     for row in range(len(imu)):
         i = imu[row]
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
-        if dt_s > LONGEST_STEP_S:
+        if dt_s > MAX_STEP_S:
             memory.seconds[i], memory.since_s[i] = 0, 0.0
         elif dt_s > 0.0:
             before = memory.orientation[i]
@@ -142,7 +142,7 @@ def end_second(memory: _WalkMemory, i: int) -> None:
         past[k] = past[k - 1]
     past[0] = memory.heading[i]
     memory.seconds[i] += 1
-    if abs(past[0] - past[1]) > LARGEST_CHANGE:
+    if abs(past[0] - past[1]) > MAX_CHANGE:
         memory.seconds[i] = 0
     if memory.seconds[i] > 1:
         add_change(short, past[0] - past[1])

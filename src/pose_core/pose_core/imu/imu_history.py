@@ -20,9 +20,9 @@ from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
 ALIVE_NS = 200_000_000  # [ns] an IMU whose last sample is older is silent
-LONGEST_PERIOD_NS = 1.05 * MAX_GAP_NS  # of an IMU that is used, with what a period jitters
+MAX_PERIOD_NS = 1.05 * MAX_GAP_NS  # of an IMU that is used, with what a period jitters
 PERIODS = 10  # whose median is an IMU's period
-LEAST_PERIODS = 3  # before it is known
+MIN_PERIODS = 3  # before it is known
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,9 +87,9 @@ class ImuHistory:
         for imu in range(len(rates)):
             periods = min(int(rings.filled[imu]) - 1, PERIODS)
             last = (rings.newest[imu] - np.arange(periods + 1)) % size
-            if periods >= LEAST_PERIODS:
+            if periods >= MIN_PERIODS:
                 period_ns = float(np.median(-np.diff(rings.stamps_ns[imu, last])))
-                rates[imu] = NS_PER_S / period_ns if period_ns > LONGEST_PERIOD_NS else 0.0
+                rates[imu] = NS_PER_S / period_ns if period_ns > MAX_PERIOD_NS else 0.0
         return self._rows.named(rates)
 
     def newest_ns(self, segment: str) -> int:

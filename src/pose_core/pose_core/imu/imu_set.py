@@ -15,7 +15,7 @@ from pose_core.imu.orientation_check import OrientationCheck
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
-MOST_NAMED = 3  # silences of one IMU
+MAX_NAMED = 3  # silences of one IMU
 SILENCE_NS = NS_PER_S  # [ns] a shorter gap between two samples is not named
 
 
@@ -115,7 +115,7 @@ class ImuSet:
             for start_ns, stop_ns in silences
             if stop_ns - start_ns > SILENCE_NS
         ]
-        if len(texts) > MOST_NAMED:
+        if len(texts) > MAX_NAMED:
             texts = [f"{len(texts)} times, the last {texts[-1]}"]
         return f"without usable samples {', '.join(texts)}" if texts else ""
 

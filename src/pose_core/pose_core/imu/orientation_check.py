@@ -28,19 +28,19 @@ from pose_core.kernels.quaternions import integrated_orientation, quaternion_pro
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
-LONGEST_STEP_S = 0.1  # [s] the gyroscope is not integrated over longer gaps
-SMALLEST_JUMP = 0.2  # [rad] larger than any orientation filter corrects between two samples
+MAX_STEP_S = 0.1  # [s] the gyroscope is not integrated over longer gaps
+MIN_JUMP = 0.2  # [rad] larger than any orientation filter corrects between two samples
 SCALE_ERROR = 0.1  # [-] of a gyroscope
 STAMP_ERROR_S = 0.01  # [s] of the time between two samples that are stamped on arrival
 STUCK_S = 0.3  # [s] for which a rotating IMU may repeat its rate and orientation
 STUCK_TURN = 0.3  # [rad] by which it may rotate while it repeats its orientation
-LEAST_RATE = 0.2  # [rad/s] more than a gyroscope's bias
-MOST_TILT = 0.1  # [rad] tilt that a jump of the heading may have
+MIN_RATE = 0.2  # [rad/s] more than a gyroscope's bias
+MAX_TILT = 0.1  # [rad] tilt that a jump of the heading may have
 TOLERATED = 3.0  # [jumps] before an IMU is excluded
 FORGIVEN = 2.0  # [jumps/s]
 STEADY_NS = NS_PER_S  # [ns] without a jump, after which it is used again
-SMALLEST_SLIP = 0.35  # [rad] jump of a sensor that has moved on its segment
-LEAST_SATURATED = 4.0  # [rad/s] smaller than any gyroscope's range
+MIN_SLIP = 0.35  # [rad] jump of a sensor that has moved on its segment
+MIN_SATURATED = 4.0  # [rad/s] smaller than any gyroscope's range
 PLATEAU = 2  # [-] repetitions of an axis' largest value, from which on it is saturated
 SATURATED_NS = 2 * NS_PER_S  # [ns] after which an orientation filter has recovered
 SLIP_NS = NS_PER_S // 40  # [ns] without a further jump, after which it is no bad sample
@@ -61,7 +61,7 @@ class _OrientationMemory(NamedTuple):
     slips: NDArray[np.int64] = np.zeros(1, np.int64)  # number of slips
     heading: FloatArray = np.zeros(1)  # [rad] correction of orientations about the vertical
     set_aside: NDArray[np.bool_] = np.zeros(1, np.bool_)
-    largest: FloatArray = np.full((1, 3), LEAST_SATURATED)  # [rad/s] magnitude by axis
+    largest: FloatArray = np.full((1, 3), MIN_SATURATED)  # [rad/s] magnitude by axis
     repeated: NDArray[np.int64] = np.zeros((1, 3), np.int64)  # how often it has just been repeated
     saturated_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # stamp of the last saturated rate
     saturated: NDArray[np.int64] = np.zeros(1, np.int64)  # number of samples rejected for that
@@ -152,11 +152,11 @@ def check_samples(
             memory.saturated_ns[i] = stamps_ns[row]
         saturated = memory.saturated_ns[i] > 0
         saturated &= stamps_ns[row] - memory.saturated_ns[i] < SATURATED_NS
-        if 0.0 < dt_s <= LONGEST_STEP_S and not saturated:
+        if 0.0 < dt_s <= MAX_STEP_S and not saturated:
             apart, tilt, turn = orientation_jump(
                 memory.orientation[i], memory.rate[i], orientation[row], rate[row], dt_s
             )
-            if apart > 0.0 and tilt < MOST_TILT and not memory.set_aside[i]:
+            if apart > 0.0 and tilt < MAX_TILT and not memory.set_aside[i]:
                 memory.heading[i] -= turn
             is_stuck = repeats_orientation(memory, i, orientation[row], rate[row], dt_s)
             has_jumped = apart > 0.0 or is_stuck
@@ -167,7 +167,7 @@ def check_samples(
                 apart, tilt, _ = orientation_jump(
                     believed, memory.rate[i], orientation[row], rate[row], dt_s
                 )
-            may_have_slipped = apart > SMALLEST_SLIP and tilt >= MOST_TILT
+            may_have_slipped = apart > MIN_SLIP and tilt >= MAX_TILT
             expected = integrated_orientation(believed, memory.rate[i], rate[row], dt_s)
             for k in range(4):
                 memory.believed[i, k] = expected[k]
@@ -218,7 +218,7 @@ def repeats_orientation(
     is_same = is_equal(memory.orientation[i], orientation)
     same_rate = speed > 0.0 and is_equal(memory.rate[i], rate)
     memory.same_s[i] = memory.same_s[i] + dt_s if is_same and same_rate else 0.0
-    turn = speed * dt_s if speed > LEAST_RATE else 0.0
+    turn = speed * dt_s if speed > MIN_RATE else 0.0
     memory.turned[i] = memory.turned[i] + turn if is_same else 0.0
     return memory.same_s[i] > STUCK_S or memory.turned[i] > STUCK_TURN
 
@@ -273,6 +273,6 @@ def orientation_jump(
     change = 0.5 * dt_s * norm((rate[0] - x, rate[1] - y, rate[2] - z))
     turned = 0.5 * dt_s * norm((rate[0] + x, rate[1] + y, rate[2] + z))
     turn_error = (SCALE_ERROR + STAMP_ERROR_S / dt_s) * turned
-    if apart <= SMALLEST_JUMP + turn_error + change:
+    if apart <= MIN_JUMP + turn_error + change:
         return 0.0, 0.0, 0.0
     return apart, 2.0 * np.arctan2(across, np.sqrt(c * c + d * d)), 2.0 * np.arctan2(c, d)

@@ -50,15 +50,15 @@ AXIS_LATE_S = 0.06  # [s] in addition for each unit of angular rate
 UNKNOWN_AXIS = 0.7  # [rad] beyond which an axis is not used
 SAMPLES_PER_S = 1.0 / 0.4  # [1/s] independent ones: correlation time of the cameras' errors
 MEMORY_S = 60.0  # [s] time constant of the sums
-LEAST_LEAD = 4.0  # [-] required lead of the best heading in log-likelihood
-LEAST_LATER_LEAD = 2.0  # [-] the same after ``JUDGED_S``: upright, few headings are excluded
-LEAST_SPINE_LEAD = 1.0  # [-] the same of pelvis and trunk: who stays upright turns only about z
-MOST_HEADING_STDDEV = 0.31  # [rad]
-MOST_SPINE_HEADING_STDDEV = 0.45  # [rad] of these after ``JUDGED_S``: the mounting takes it up
-MOST_TILT_STDDEV = 0.26  # [rad] about the axes across the link
+MIN_LEAD = 4.0  # [-] required lead of the best heading in log-likelihood
+MIN_LATER_LEAD = 2.0  # [-] the same after ``JUDGED_S``: upright, few headings are excluded
+MIN_SPINE_LEAD = 1.0  # [-] the same of pelvis and trunk: who stays upright turns only about z
+MAX_HEADING_STDDEV = 0.31  # [rad]
+MAX_SPINE_HEADING_STDDEV = 0.45  # [rad] of these after ``JUDGED_S``: the mounting takes it up
+MAX_TILT_STDDEV = 0.26  # [rad] about the axes across the link
 JUDGED_S = 15.0  # [s] in view before a lack of fit or of lead is judged
-MOST_MISFIT = 1.1  # [-] above which the IMU's motion does not fit the link
-MOST_ARM_MISFIT = 4.5  # [-] the same for arms, where trackers have larger errors
+MAX_MISFIT = 1.1  # [-] above which the IMU's motion does not fit the link
+MAX_ARM_MISFIT = 4.5  # [-] the same for arms, where trackers have larger errors
 STRICT_MISFIT = 1.5  # [-] the same for those that the cameras have contradicted repeatedly
 KNOWN_MISFIT = 3.0
 """[-] times as much is allowed for a known mounting: a link that the other IMUs have steadied is
@@ -86,7 +86,7 @@ class SegmentAlignment:
 
     def __init__(self, *, is_arm: bool = False, bend: float = 0.0) -> None:
         self._bend_variance = bend**2
-        self._most_misfit = MOST_ARM_MISFIT if is_arm else MOST_MISFIT
+        self._most_misfit = MAX_ARM_MISFIT if is_arm else MAX_MISFIT
         self._sums: FloatArray = np.zeros((len(ALL_PARTS), 3, 3))
         self._total: FloatArray = np.zeros(2)  # weights, and durations of the axes, 3 s a second
         self.does_not_fit = False  # whether even the best solution does not fit
@@ -173,15 +173,15 @@ class SegmentAlignment:
         fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= most_misfit
         is_long_seen = bool(self._total[1] > 3.0 * JUDGED_S)
         self.does_not_fit = bool(not fits and is_long_seen)
-        least_lead, most_heading = LEAST_LEAD, MOST_HEADING_STDDEV
+        least_lead, most_heading = MIN_LEAD, MAX_HEADING_STDDEV
         if is_long_seen:
-            least_lead = LEAST_LATER_LEAD
+            least_lead = MIN_LATER_LEAD
             if self._bend_variance > 0.0:
-                least_lead, most_heading = LEAST_SPINE_LEAD, MOST_SPINE_HEADING_STDDEV
+                least_lead, most_heading = MIN_SPINE_LEAD, MAX_SPINE_HEADING_STDDEV
         is_sure = fits and (
             found.lead > least_lead
             and stddev[3] < most_heading
-            and max(stddev[0], stddev[1]) < MOST_TILT_STDDEV
+            and max(stddev[0], stddev[1]) < MAX_TILT_STDDEV
         )
         return found if is_sure else None
 

@@ -32,14 +32,14 @@ LAST_BINS = 7  # partial sums that are the last seconds
 MEMORY_BINS = 30.0  # time constant of the mean before, in partial sums
 DIRECTION_STDDEV = 0.12  # [rad] of an axis by a camera
 HINGE_STDDEV = 0.2  # [rad] of a knee's axis, bent at a right angle
-LEAST_BEND = 0.3  # [-] sine of a knee's bend from which on its axis is used
+MIN_BEND = 0.3  # [-] sine of a knee's bend from which on its axis is used
 LATE_S = 0.1  # [s] in addition for each unit of the sensor's rate
 INDEPENDENT_S = 0.8  # [s] correlation time of these errors
-LEAST_LAST, LEAST_BEFORE = 0.3, 0.6  # independent samples required
+MIN_LAST, MIN_BEFORE = 0.3, 0.6  # independent samples required
 POSTURE_STDDEV = 0.12  # [rad] by which a mean differs from posture to posture
 SLIP_STDDEV = 0.5  # [rad] prior of a slip
-LEAST_GAIN = 8.0  # [-] of the squared distance
-LEAST_SHARE = 0.43  # [-] of it, for each camera
+MIN_GAIN = 8.0  # [-] of the squared distance
+MIN_SHARE = 0.43  # [-] of it, for each camera
 
 _LEGS = {
     f"{side}_{segment}": leg
@@ -124,8 +124,8 @@ class SlipCheck:
     def _judge(self) -> Sequence[str]:
         last, before = np.sum(self._last, axis=0), self._before
         information = 1.0 / DIRECTION_STDDEV**2
-        is_known = last[..., 3] > LEAST_LAST * information
-        is_known &= before[..., 3] > LEAST_BEFORE * information
+        is_known = last[..., 3] > MIN_LAST * information
+        is_known &= before[..., 3] > MIN_BEFORE * information
         is_judged = is_known.any(axis=(0, 2))
         return [
             segment
@@ -163,7 +163,7 @@ class SlipCheck:
         variance = np.full(axes.shape[:2], DIRECTION_STDDEV**2)
         with np.errstate(invalid="ignore", divide="ignore"):  # straight knees, coinciding joints
             bend = np.linalg.norm(hinge, axis=1) / lengths
-            variance[:, 1] = np.where(bend > LEAST_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
+            variance[:, 1] = np.where(bend > MIN_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
         if "torso" in self._row:
             row, (left, right) = self._row["torso"], joints[JOINT_PAIRS["shoulder"]]
             axes[row, 1], variance[row, 1] = left - right, DIRECTION_STDDEV**2
@@ -182,5 +182,5 @@ def _has_slipped(last: FloatArray, before: FloatArray, is_known: NDArray[np.bool
     gains = 2.0 * (np.einsum("ij,cij->c", S, B) - np.trace(B, axis1=1, axis2=2))
     gains = gains[is_known.any(axis=1)]
     # A single axis errs more easily.
-    least = LEAST_GAIN if np.count_nonzero(is_known) > 1 else 2.0 * LEAST_GAIN
-    return bool(gains.sum() > least and gains.min() > LEAST_SHARE * least)
+    least = MIN_GAIN if np.count_nonzero(is_known) > 1 else 2.0 * MIN_GAIN
+    return bool(gains.sum() > least and gains.min() > MIN_SHARE * least)

@@ -8,9 +8,9 @@ own lead is.
 
 from collections.abc import Mapping, Set
 
-LEAST_LEAD = 60.0  # [-] in log-likelihood, of a single IMU; 23 was the largest of a sound one
-MOST_VOTE = 20.0  # [-] of an IMU's lead, for or against, in the sum of all
-LEAST_VOTES = 40.0  # [-] sum from which on all are of one kind
+MIN_LEAD = 60.0  # [-] in log-likelihood, of a single IMU; 23 was the largest of a sound one
+MAX_VOTE = 20.0  # [-] of an IMU's lead, for or against, in the sum of all
+MIN_VOTES = 40.0  # [-] sum from which on all are of one kind
 
 
 def imus_to_turn_over(leads: Mapping[str, float], turned: Set[str]) -> frozenset[str]:
@@ -20,8 +20,8 @@ def imus_to_turn_over(leads: Mapping[str, float], turned: Set[str]) -> frozenset
         leads: Lead of the case that z points down in log-likelihood [-], of each other IMU.
         turned: Segments whose IMU has been turned over already; each is a whole vote.
     """
-    votes = MOST_VOTE * len(turned)
-    votes += sum(min(max(lead, -MOST_VOTE), MOST_VOTE) for lead in leads.values())
-    if votes >= LEAST_VOTES:
+    votes = MAX_VOTE * len(turned)
+    votes += sum(min(max(lead, -MAX_VOTE), MAX_VOTE) for lead in leads.values())
+    if votes >= MIN_VOTES:
         return frozenset(leads)
-    return frozenset(segment for segment, lead in leads.items() if lead > LEAST_LEAD)
+    return frozenset(segment for segment, lead in leads.items() if lead > MIN_LEAD)

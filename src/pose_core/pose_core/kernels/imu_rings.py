@@ -14,7 +14,7 @@ SAMPLES = 512  # stored for each IMU: half a second of the fastest
 HISTORY_NS = NS_PER_S  # a larger step back means that a clock was set back
 MAX_GAP_NS = 100_000_000  # a longer gap is not interpolated
 SLOPE_NS = 20_000_000  # over which the slope of a rate is computed
-LONGEST_SLOPE_NS = 40_000_000  # for which a rate is extrapolated linearly
+MAX_SLOPE_NS = 40_000_000  # for which a rate is extrapolated linearly
 
 
 class ImuRings(NamedTuple):
@@ -153,13 +153,13 @@ def _beyond(
         for back in range(1, rings.filled[i]):
             one = (nearest - back) % size
             interval_ns = rings.stamps_ns[i, nearest] - rings.stamps_ns[i, one]
-            if interval_ns > LONGEST_SLOPE_NS:
+            if interval_ns > MAX_SLOPE_NS:
                 break
             if interval_ns >= SLOPE_NS:
                 earlier, per_s = one, NS_PER_S / interval_ns
                 break
     missing_s = missing_ns / NS_PER_S
-    sloping_s = min(missing_ns, LONGEST_SLOPE_NS) / NS_PER_S
+    sloping_s = min(missing_ns, MAX_SLOPE_NS) / NS_PER_S
     last, rate, stddev = rings.rate[i, nearest], out.rate[row], out.stddev[row]
     for axis in range(3):
         slope = (last[axis] - rings.rate[i, earlier, axis]) * per_s

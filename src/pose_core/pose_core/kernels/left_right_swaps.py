@@ -14,7 +14,7 @@ from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_PAIRS, LIMB_JOINTS
 from pose_core.kernels.compiling import compiled_in_place
 
-LEAST_JOINTS = 3  # [-] observed joints of a group, below which its mean distance is not used
+MIN_JOINTS = 3  # [-] observed joints of a group, below which its mean distance is not used
 
 
 class SwapArrays(NamedTuple):
@@ -53,7 +53,7 @@ def mean_distance(
             if np.isfinite(squared):
                 total += np.sqrt(squared)
                 count += 1
-    return total / count if count >= LEAST_JOINTS else np.nan
+    return total / count if count >= MIN_JOINTS else np.nan
 
 
 @compiled_in_place

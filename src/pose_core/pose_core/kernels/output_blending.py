@@ -30,15 +30,15 @@ from pose_core.kernels.published_state import DofEstimate
 BLEND_S = 0.005  # [s] 1/k of a certain angle, and of the joints' positions
 BLEND_OF_PREDICTION = 0.15  # [-] least 1/k of the root's position, as a share of the time predicted
 CALM_BLEND_S = 0.03  # [s] least 1/k at the start and after a silence
-LONGEST_BLEND_S = 0.12  # [s] 1/k of an uncertain angle
+MAX_BLEND_S = 0.12  # [s] 1/k of an uncertain angle
 SURE_STDDEV = np.radians(10.0)  # [rad] up to which an angle counts as certain
-LARGEST_TRAVEL = 8.0  # [rad/s], [m/s] largest rate at which a difference is reduced
+MAX_TRAVEL = 8.0  # [rad/s], [m/s] largest rate at which a difference is reduced
 TRAVEL_AFTER_GAP = 2.5  # [rad/s], [m/s] the same, after a silence
-LARGEST_RATE = 40.0  # [rad/s] bound of the filter's rate
+MAX_RATE = 40.0  # [rad/s] bound of the filter's rate
 UNKNOWN_BEYOND = np.radians(15.0)  # [rad] outside its limits, from which on an angle is unknown
 UNKNOWN_APART = np.radians(45.0)  # [rad] between published and filter's angle, likewise
 UNKNOWN_GROWTH = np.radians(30.0)  # [rad/s] of an unknown angle's standard deviation
-LARGEST_UNKNOWN = np.radians(90.0)  # [rad] up to which it grows
+MAX_UNKNOWN = np.radians(90.0)  # [rad] up to which it grows
 REST_AFTER_S = 0.5  # [s] after a longer silence the output continues from rest
 AFTER_GAP_S = 0.01  # [s] taken as elapsed in that case
 SLOW_S = 2.0  # [s] at the start and after a silence, differences are reduced slowly
@@ -133,7 +133,7 @@ def decay(
     With k = 2 v / |e|, (1) has a solution with constant rate v: a large difference that starts at
     rest is reduced at the largest rate.
     """
-    travel = TRAVEL_AFTER_GAP if blending.slow_s[0] > 0.0 else LARGEST_TRAVEL
+    travel = TRAVEL_AFTER_GAP if blending.slow_s[0] > 0.0 else MAX_TRAVEL
     k = min(1.0 / blend_s, 2.0 * travel / max(abs(e), 1e-9))
     drive = rate + k * e
     keep = np.exp(-k * dt_s)
@@ -159,7 +159,7 @@ def blend_angle(
     """
     before, rate_before = blending.position[at], blending.velocity[at]
     goal = min(max(dof.position[at], limits[0]), limits[1])
-    rate = min(max(dof.velocity[at], -LARGEST_RATE), LARGEST_RATE)
+    rate = min(max(dof.velocity[at], -MAX_RATE), MAX_RATE)
     excess = abs(dof.position[at] - goal)
     is_known = excess <= UNKNOWN_BEYOND
     if not is_known and dt_s > 0.0:
@@ -169,7 +169,7 @@ def blend_angle(
     e = e_rate = 0.0
     if dt_s > 0.0:
         unsure = dof.variance[at] / SURE_STDDEV**2
-        blend_s = min(BLEND_S * max(unsure, 1.0), LONGEST_BLEND_S)
+        blend_s = min(BLEND_S * max(unsure, 1.0), MAX_BLEND_S)
         if blending.slow_s[0] > 0.0:
             blend_s = max(blend_s, CALM_BLEND_S)
         e, e_rate = before - (goal - rate * dt_s), rate_before - rate
@@ -180,7 +180,7 @@ def blend_angle(
     blending.velocity[at] = (value - before) / dt_s if is_stopped else rate + e_rate
     is_known = is_known and abs(e) <= UNKNOWN_APART
     blending.unknown_s[at] = 0.0 if is_known else blending.unknown_s[at] + dt_s
-    grown = min(excess + UNKNOWN_GROWTH * blending.unknown_s[at], LARGEST_UNKNOWN)
+    grown = min(excess + UNKNOWN_GROWTH * blending.unknown_s[at], MAX_UNKNOWN)
     dof.blended[at] = grown**2 + e**2
     return is_known
 

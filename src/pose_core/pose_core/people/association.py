@@ -30,7 +30,7 @@ ID_HOLDS_S = 0.5  # [s] for which a sensor's id counts
 UNOBSERVED_M = 0.1  # [m] advantage of a confirmed person who is seen
 
 GROSS_ERROR_M = 1.0  # [m] a joint farther away is as wrong as one at this distance
-LEAST_JOINTS = 4  # [-] in common
+MIN_JOINTS = 4  # [-] in common
 MIRRORED_M = 0.05  # [m] by which exchanged sides must agree better
 FORBIDDEN = 1e3  # in place of an infinite cost, with which no assignment may exist
 
@@ -99,7 +99,7 @@ def joint_distances(expected: FloatArray, seen: FloatArray) -> tuple[FloatArray,
     known = np.isfinite(distance)
     count = known.sum(axis=2)
     total = np.where(known, np.minimum(distance, GROSS_ERROR_M), 0.0).sum(axis=2)
-    mean = np.where(count >= LEAST_JOINTS, total / np.maximum(count, 1), np.inf)
+    mean = np.where(count >= MIN_JOINTS, total / np.maximum(count, 1), np.inf)
     plain, mirrored = mean[:, : len(seen)], mean[:, len(seen) :]
     is_mirrored = mirrored + MIRRORED_M < plain
     return np.where(is_mirrored, mirrored, plain), is_mirrored

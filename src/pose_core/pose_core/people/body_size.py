@@ -33,12 +33,12 @@ OTHER_SENSOR_SPREAD, OTHER_SENSOR_COMMON = 0.06, 0.04  # [-] in addition, agains
 PEOPLE_SPREAD, PEOPLE_COMMON = 0.05, 0.07  # [-] in addition, from one person to another
 FRAMES, FADING = 45.0, 0.35  # [-] of 1.5 s; power of their number with which the variances fall
 STUDENT_DOF = 4.0  # [-] degrees of freedom of Student's distribution: hidden joints are far off
-LEAST_MEASUREMENTS = 8  # [-] measurements of a bone before it counts
-LEAST_BONES = 4  # [-]
-MOST_KEPT = 256  # [-] measurements of a sensor; beyond, every other one goes
+MIN_MEASUREMENTS = 8  # [-] measurements of a bone before it counts
+MIN_BONES = 4  # [-]
+MAX_KEPT = 256  # [-] measurements of a sensor; beyond, every other one goes
 SHAPE_BONES = 8
 JUDGED_MEASUREMENTS = 60  # [-] measurements before given measures are judged
-LEAST_SHAPE_BONES = 6  # [-]
+MIN_SHAPE_BONES = 6  # [-]
 OTHER_BODY = 0.1  # [-] of the lengths, by which measures are somebody else's
 _START, _END = (np.array([JOINT_INDEX[pair[i]] for pair in BONES]) for i in (0, 1))
 
@@ -66,7 +66,7 @@ class _SensorLengths:
         self.left_out = 0
         self._summary = None
         self.rows.append(measured)
-        if len(self.rows) > MOST_KEPT:
+        if len(self.rows) > MAX_KEPT:
             self.rows, self.every = self.rows[::2], 2 * self.every
 
     def merge(self, other: "_SensorLengths") -> None:
@@ -78,7 +78,7 @@ class _SensorLengths:
         if self._summary is None:
             rows = np.array(self.rows).reshape(-1, len(BONES))
             count = np.isfinite(rows).sum(axis=0)
-            is_known = count >= LEAST_MEASUREMENTS
+            is_known = count >= MIN_MEASUREMENTS
             median = np.where(is_known, nan_median(rows), np.nan)
             scatter = robust_stddev(rows - median)
             frames = np.maximum(count * self.every, 1.0)
@@ -152,7 +152,7 @@ def _log_likelihood_ratio(
 ) -> float | None:
     """Log likelihood ratio of a difference of lengths; None where too little is known."""
     known = np.isfinite(difference)
-    if known.sum() < LEAST_BONES:
+    if known.sum() < MIN_BONES:
         return None
     difference, variance = difference[known], variance[known]
     # A difference common to all lengths is what distinguishes people best.
@@ -180,6 +180,6 @@ def is_of_size(size: BodySize, shape: BodyShape) -> bool | None:
     given = np.array([np.log(lengths[end]) for _, end in BONES[:SHAPE_BONES]])
     difference = size.mean()[:SHAPE_BONES] - given
     difference = difference[np.isfinite(difference)]
-    if size.measurements < JUDGED_MEASUREMENTS or len(difference) < LEAST_SHAPE_BONES:
+    if size.measurements < JUDGED_MEASUREMENTS or len(difference) < MIN_SHAPE_BONES:
         return None
     return bool(abs(np.median(difference)) < OTHER_BODY)

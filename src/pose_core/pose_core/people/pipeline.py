@@ -27,7 +27,7 @@ from pose_core.streams.repeated_frames import RepeatedFrames
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 
 Frame = Sequence[SkeletonSample]
-LONGEST_HELD_NS = 9 * JUMP_BACK_NS // 10  # [ns] live, older skeletons would look like a new start
+MAX_HELD_NS = 9 * JUMP_BACK_NS // 10  # [ns] live, older skeletons would look like a new start
 
 
 class PeoplePipeline:
@@ -232,7 +232,7 @@ class PeoplePipeline:
         for number, sample in assigned:
             stamp_ns = self._people.stamp_ns(sample)
             held_ns = self._people.stamp_ns(frame[0]) - stamp_ns
-            if self._is_live and held_ns > LONGEST_HELD_NS:
+            if self._is_live and held_ns > MAX_HELD_NS:
                 self._counters.add("skeletons_held_too_long")
                 continue
             self._release_imus(stamp_ns)

@@ -26,7 +26,7 @@ PLACE_M, PLACE_SPEED = 0.1, 0.7  # [m] and [m/s], standard deviation of the dist
 AREA_M2 = 10.0  # [m²] in which anybody may appear
 SAME_ID = 1.5  # [-] log ratio of an id that a sensor gave the person
 EXPECTED_NEW, EXPECTED_RETURNS = 1.0, 10.0  # [-] pseudo-counts of people before any was counted
-LEAST_NEW = -3.0  # [-] log ratio below which somebody new is never taken to be less likely
+MIN_NEW = -3.0  # [-] log ratio below which somebody new is never taken to be less likely
 CERTAIN = 4.0  # [-] log ratio by which the next best assignment must be less likely
 OTHER_SIZE = -6.0  # [-] log ratio at which somebody in sight is somebody else
 STRANGER = -25.0  # [-] the same, if nobody who is absent is of this size either
@@ -35,7 +35,7 @@ SWAPPED = 8.0  # [-] log ratio at which two who met were swapped, or somebody ab
 WINDOW_S = 1.5  # [s] of measurements that are compared with what is known
 WINDOW_MEASUREMENTS = 30  # [-] at least
 KNOWN_SIZE_MEASUREMENTS = 120  # [-] from which on a size is well known
-MOST_ABSENT = 12  # [-] tracks that are kept
+MAX_ABSENT = 12  # [-] tracks that are kept
 
 
 class Reidentification:
@@ -102,7 +102,7 @@ class Reidentification:
         """
         new = self._counters["appeared"] + EXPECTED_NEW
         returns = self._counters["returned"] + EXPECTED_RETURNS
-        return max(LEAST_NEW, float(np.log(new / returns)))
+        return max(MIN_NEW, float(np.log(new / returns)))
 
     def is_within_reach(self, absent: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
         """Whether the only known person can have come here since they were last seen."""

@@ -11,7 +11,7 @@ from pose_core.counters import Counters
 from pose_core.finite_numbers import nan_mean
 from pose_core.people.encounters import DUPLICATE_M, DuplicateTracks, distance
 from pose_core.people.person_track import PersonTrack, Presence
-from pose_core.people.reidentification import CERTAIN, MOST_ABSENT, Reidentification
+from pose_core.people.reidentification import CERTAIN, MAX_ABSENT, Reidentification
 from pose_core.stamps import JUMP_BACK_NS
 from pose_core.streams.samples import SkeletonSample
 
@@ -22,7 +22,7 @@ NEW_DECIDED_AFTER_S = 8.0  # [s] the same for somebody new, while anybody is abs
 NEW_MEASUREMENTS = 60  # [-] skeletons of somebody new: a glimpse does not give a size
 CONFIRMED_FRAMES = 5  # [-] the same in frames
 GHOST_AFTER_S = 0.8  # [s] unseen, a tentative person was a ghost
-MOST_TENTATIVE = 12  # [-] at a time; of ghosts all over the place, the others are left out
+MAX_TENTATIVE = 12  # [-] at a time; of ghosts all over the place, the others are left out
 
 Assigned = tuple[int, SkeletonSample]
 """A person's number and a skeleton of theirs."""
@@ -84,7 +84,7 @@ class TrackManager:
             self._reidentification.drop_recent_size(track)
             self.counters.add("left")
             absent = self.of(Presence.ABSENT)
-            if len(absent) > MOST_ABSENT:
+            if len(absent) > MAX_ABSENT:
                 self.tracks.remove(min(absent, key=lambda each: each.last_seen_ns))
 
     def initiate(
@@ -101,7 +101,7 @@ class TrackManager:
         Returns:
             The skeleton, if nobody else is known; otherwise it is held until they are confirmed.
         """
-        if len(self.of(Presence.TENTATIVE)) >= MOST_TENTATIVE:
+        if len(self.of(Presence.TENTATIVE)) >= MAX_TENTATIVE:
             self.counters.add("too_many")
             return []
         track = PersonTrack(

@@ -24,8 +24,8 @@ from pose_core.transforms import transformed
 
 BY_ID_S = 0.3  # [s] for which a lone person's id is believed without a look at the joints
 MOVED = 0.1  # [m], or [-] of a rotation's matrix, from which on a sensor has been moved
-LEAST_JOINTS = 5  # [-] of somebody new
-MOST_PEOPLE = 12  # [-] of one frame; cameras' trackers follow six
+MIN_JOINTS = 5  # [-] of somebody new
+MAX_PEOPLE = 12  # [-] of one frame; cameras' trackers follow six
 
 
 class PeopleTracker(TrackManager):
@@ -114,8 +114,8 @@ class PeopleTracker(TrackManager):
         self.counters.add("seen", len(frame))
         stamp_ns = self.stamp_ns(frame[0])
         self.advance(stamp_ns)
-        if len(frame) > MOST_PEOPLE:
-            self.counters.add("too_many", len(frame) - MOST_PEOPLE)
+        if len(frame) > MAX_PEOPLE:
+            self.counters.add("too_many", len(frame) - MAX_PEOPLE)
             frame = self._nearest(frame, stamp_ns)
         alone = self._lone_person(frame, stamp_ns)
         if alone is not None:
@@ -134,7 +134,7 @@ class PeopleTracker(TrackManager):
         if self.present:
             known = np.stack([track.predicted_centre(stamp_ns) for track in self.present])
             distance = np.linalg.norm(places[:, None] - known[None], axis=2).min(axis=1)
-        return [frame[k] for k in np.argsort(distance, kind="stable")[:MOST_PEOPLE]]
+        return [frame[k] for k in np.argsort(distance, kind="stable")[:MAX_PEOPLE]]
 
     def _lone_person(self, frame: Sequence[SkeletonSample], stamp_ns: int) -> PersonTrack | None:
         """The only person in view, if the sensor has just had them under the same id."""
@@ -198,7 +198,7 @@ class PeopleTracker(TrackManager):
     ) -> list[Assigned]:
         """Find out whose an unassigned skeleton is: somebody's who is back, or somebody new's."""
         in_view = self.in_view
-        if np.isfinite(joints[:, 0]).sum() < LEAST_JOINTS and (self.tracks or not is_alone):
+        if np.isfinite(joints[:, 0]).sum() < MIN_JOINTS and (self.tracks or not is_alone):
             return self._assign_by_id(in_view, sample, joints, stamp_ns)
         if is_alone and not in_view and len(self.tracks) == 1:
             returned = self.tracks[0]

@@ -20,10 +20,10 @@ from pose_core.streams.samples import ImuBlock
 
 MEMORY_S = 8.0  # [s] over which agreement fades
 IMU_WITHIN_NS = 60_000_000  # [ns] of a frame
-LEAST_FRAMES = 60.0  # [-] of a limb
-LEAST_SWING = 0.05  # [-] standard deviation of a limb's inclination, over all limbs
-LEAST_AGREEMENT = 0.5  # [-] share of the motion that the IMUs explain
-LEAST_LEAD = 0.2  # [-] by which they must explain one person's better than anybody else's
+MIN_FRAMES = 60.0  # [-] of a limb
+MIN_SWING = 0.05  # [-] standard deviation of a limb's inclination, over all limbs
+MIN_AGREEMENT = 0.5  # [-] share of the motion that the IMUs explain
+MIN_LEAD = 0.2  # [-] by which they must explain one person's better than anybody else's
 
 
 class WearerSearch:
@@ -65,7 +65,7 @@ class WearerSearch:
         totals: dict[int, FloatArray] = {}
         for (number, _), sums in self._sums.items():
             count = sums[3, 3]
-            if count < LEAST_FRAMES:
+            if count < MIN_FRAMES:
                 continue
             swing = sums[4, 4] - sums[3, 4] ** 2 / count
             normal, right = sums[:4, :4] + 1e-6 * np.eye(4), sums[:4, 4]
@@ -74,7 +74,7 @@ class WearerSearch:
         return {
             number: float(1.0 - left / swing)
             for number, (swing, left, count) in totals.items()
-            if swing > count * LEAST_SWING**2
+            if swing > count * MIN_SWING**2
         }
 
     def wearer(self) -> int | None:
@@ -85,4 +85,4 @@ class WearerSearch:
         best = max(agreements, key=lambda number: agreements[number])
         others = [value for number, value in agreements.items() if number != best]
         lead = agreements[best] - max(others, default=0.0)
-        return best if agreements[best] > LEAST_AGREEMENT and lead > LEAST_LEAD else None
+        return best if agreements[best] > MIN_AGREEMENT and lead > MIN_LEAD else None

@@ -26,7 +26,7 @@ IMUS = "imus"
 ONE_IMU = f"{IMUS}/"
 """Begin of the name of a single IMU's clock, before its segment."""
 REACH_NS = 1800 * NS_PER_S  # [ns] from its measurement for which a drift is applied
-LARGEST_DELAY_NS = NS_PER_S // 10  # [ns] offset that may be a difference of trackers' delays
+MAX_DELAY_NS = NS_PER_S // 10  # [ns] offset that may be a difference of trackers' delays
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +67,7 @@ def reference_delay_s(clocks: Clocks) -> float:
     """
     offsets_ns = [clock.offset_ns for source, clock in clocks.items() if not is_imus(source)]
     earliest_ns = min(offsets_ns, default=0)
-    return -earliest_ns / NS_PER_S if -LARGEST_DELAY_NS <= earliest_ns < 0 else 0.0
+    return -earliest_ns / NS_PER_S if -MAX_DELAY_NS <= earliest_ns < 0 else 0.0
 
 
 def reference_stamp_ns(sample: SkeletonSample, clocks: Clocks) -> int:

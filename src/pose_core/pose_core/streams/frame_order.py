@@ -18,8 +18,8 @@ T = TypeVar("T")
 
 REMEMBERED = 9  # [frames] over which the median period is taken
 GIVEN_UP_NS = 200_000_000  # [ns] overdue, from which on no frame is waited for
-LEAST_JITTER_NS = 500_000  # [ns] lower bound of the jitter that is allowed for
-LARGEST_JITTER_NS = 5_000_000  # [ns] upper bound of the jitter that is allowed for
+MIN_JITTER_NS = 500_000  # [ns] lower bound of the jitter that is allowed for
+MAX_JITTER_NS = 5_000_000  # [ns] upper bound of the jitter that is allowed for
 JITTERS = 3.0  # [-] allowed jitter, in median deviations
 
 
@@ -38,7 +38,7 @@ class FramePeriod:
         self.newest_ns = stamp_ns
         self.period_ns = median(self.intervals_ns)
         deviation_ns = median(abs(each - self.period_ns) for each in self.intervals_ns)
-        early_ns = min(max(JITTERS * deviation_ns, LEAST_JITTER_NS), LARGEST_JITTER_NS)
+        early_ns = min(max(JITTERS * deviation_ns, MIN_JITTER_NS), MAX_JITTER_NS)
         self.earliest_ns = self.period_ns - early_ns
 
     def expects_before(self, stamp_ns: int) -> bool:

@@ -20,14 +20,14 @@ from pose_core.streams.samples import ImuBlock, SkeletonSample
 
 CAMERA_LAG_NS = NS_PER_S // 2  # [ns] largest lag of a camera's sample
 IMU_LAG_NS = NS_PER_S // 5  # [ns] largest lag of an IMU's sample
-LARGEST_LEAD_NS = NS_PER_S // 10  # [ns] largest lead of a stamp over its arrival
+MAX_LEAD_NS = NS_PER_S // 10  # [ns] largest lead of a stamp over its arrival
 SLOWEST_NS = 2 * NS_PER_S  # [ns] lag up to which samples may really be that old
-LARGEST_OFFSET_NS = 5 * NS_PER_S  # [ns] of clocks, by which stamps of zero are corrected
+MAX_OFFSET_NS = 5 * NS_PER_S  # [ns] of clocks, by which stamps of zero are corrected
 ZERO = "stamps are zero: set header.stamp to the time of capture"
 STEADY_NS = NS_PER_S  # [ns] for which a clock must run steadily after a jump
 STEADY_SPREAD_NS = NS_PER_S // 10  # [ns] variation of its lag meanwhile
 SAME_OFFSET_NS = NS_PER_S // 10  # [ns] within which two sources' offsets are taken as one clock's
-LONGEST_PERIOD_NS = NS_PER_S // 2  # [ns] between samples; a larger step of stamps is a clock's
+MAX_PERIOD_NS = NS_PER_S // 2  # [ns] between samples; a larger step of stamps is a clock's
 FEWEST = 8  # [samples] required of a steady clock
 TOLERATED = 3  # [samples] that may be wrong, or repeat a stamp, before the source is excluded
 FORGIVEN = 0.5  # [samples] less for each good one: of two alternating clocks, half are wrong
@@ -133,7 +133,7 @@ class StampCheck:
         stamp = stamp_ns + source.offset_ns
         lag_ns = arrival_ns - stamp
         step_ns = stamp_ns - (source.newest_ns or 0)
-        source.has_stepped |= not 0 <= step_ns <= LONGEST_PERIOD_NS
+        source.has_stepped |= not 0 <= step_ns <= MAX_PERIOD_NS
         source.newest_ns = stamp_ns
         fault = self._fault(source, stamp, lag_ns)
         if fault == "stamps_repeated" and not source.reason and source.repeated < TOLERATED:
@@ -160,7 +160,7 @@ class StampCheck:
         return True
 
     def _fault(self, source: _Source, stamp: int, lag_ns: int) -> str:
-        if lag_ns < -LARGEST_LEAD_NS:
+        if lag_ns < -MAX_LEAD_NS:
             return "stamps_ahead"
         if lag_ns > source.largest_lag_ns:
             return "stamps_too_old"
@@ -183,7 +183,7 @@ class StampCheck:
         }
         if source.offset_ns and fault in ("stamps_ahead", "stamps_too_old"):
             text[fault] = f"clock has jumped again, by {abs(lag_ns) / NS_PER_S:.1f} s"
-        is_zero = fault == "stamps_too_old" and abs(stamp_ns) < LARGEST_OFFSET_NS
+        is_zero = fault == "stamps_too_old" and abs(stamp_ns) < MAX_OFFSET_NS
         source.reason = ZERO if is_zero else text[fault]
         source.is_behind &= fault == "stamps_too_old"
 
@@ -218,7 +218,7 @@ class StampCheck:
 
     def _readmit(self, source: _Source, least_lag_ns: int) -> None:
         """Use a source again, with the offset that its stamps show now."""
-        if -LARGEST_LEAD_NS <= least_lag_ns <= source.largest_lag_ns:
+        if -MAX_LEAD_NS <= least_lag_ns <= source.largest_lag_ns:
             offset_ns = 0  # its clock is correct again
         else:
             offset_ns = least_lag_ns - round(source.usual_lag_ns)
@@ -240,7 +240,7 @@ def _follow_clock(source: _Source, clock_ns: int) -> None:
     if before_ns is None or abs(clock_ns - before_ns) < CLOCK_CHANGE_NS:
         return
     left_ns = source.offset_ns - (clock_ns - before_ns)
-    is_corrected = source.offset_ns == 0 or abs(left_ns) <= LARGEST_LEAD_NS
+    is_corrected = source.offset_ns == 0 or abs(left_ns) <= MAX_LEAD_NS
     source.offset_ns = 0 if is_corrected else left_ns
     source.last_ns, source.wrong, source.trial_stamp_ns = None, 0.0, None
     source.newest_ns, source.has_stepped = None, True

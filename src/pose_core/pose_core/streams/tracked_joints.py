@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from pose_core.joints import JOINTS, TrackingState
 
-LEAST_SHARE = 0.02  # [-] of all cameras' skeletons in which a joint has to be tracked
-LEAST_SKELETONS = 60  # [-] from which on this is judged
+MIN_SHARE = 0.02  # [-] of all cameras' skeletons in which a joint has to be tracked
+MIN_SKELETONS = 60  # [-] from which on this is judged
 
 
 class TrackedJoints:
@@ -27,7 +27,7 @@ class TrackedJoints:
     @property
     def missing(self) -> Sequence[str]:
         """Names of the joints that are hardly ever tracked."""
-        if self._skeletons < LEAST_SKELETONS:
+        if self._skeletons < MIN_SKELETONS:
             return ()
-        is_missing = self._tracked < LEAST_SHARE * self._skeletons
+        is_missing = self._tracked < MIN_SHARE * self._skeletons
         return tuple(JOINTS[joint] for joint in np.flatnonzero(is_missing))

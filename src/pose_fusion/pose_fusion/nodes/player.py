@@ -36,10 +36,10 @@ from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 
-LEAST_DEPTH = 100  # [messages] queue of a publisher
-MOST_LATCHED = 10_000  # [messages] that a latched topic keeps for late subscribers
+MIN_DEPTH = 100  # [messages] queue of a publisher
+MAX_LATCHED = 10_000  # [messages] that a latched topic keeps for late subscribers
 POLL_S = 0.05  # [s] between checks for subscribers
-LONGEST_WAIT_NS = 100_000_000  # [ns]
+MAX_WAIT_NS = 100_000_000  # [ns]
 ACKNOWLEDGE_S = 2.0  # [s] that subscribers may take to receive the last messages
 PROGRESS_PERIOD_S = 0.5  # in a terminal
 LOGGED_PERIOD_S = 10.0  # elsewhere
@@ -97,7 +97,7 @@ class Player(Node):
             except InputError as error:
                 self.get_logger().warning(f"{topic.name} is not played: {error}")
                 continue
-            depth = max(LEAST_DEPTH, min(topic.count, MOST_LATCHED) if topic.latched else 0)
+            depth = max(MIN_DEPTH, min(topic.count, MAX_LATCHED) if topic.latched else 0)
             profile = qos.from_bag(topic.offered, depth)
             publishers[topic.name] = self.create_publisher(found, topic.name, profile)
         if not publishers:
@@ -121,7 +121,7 @@ class Player(Node):
             self._begin(now_ns)
         assert self._playback is not None
         if self._playback.paused or self._finished:
-            self._sleep(LONGEST_WAIT_NS)
+            self._sleep(MAX_WAIT_NS)
             return
         position_ns = self._playback.position_ns(now_ns)
         self._publish(self._playlist.due(position_ns))
@@ -133,7 +133,7 @@ class Player(Node):
             self._sleep(self._playback.wait_ns(next_ns, time.monotonic_ns()))
 
     def _sleep(self, wait_ns: int) -> None:
-        longest_ns = LONGEST_WAIT_NS if self._time_publisher is None else CLOCK_PERIOD_NS
+        longest_ns = MAX_WAIT_NS if self._time_publisher is None else CLOCK_PERIOD_NS
         self._timer.timer_period_ns = min(max(wait_ns, 1), longest_ns)
         self._timer.reset()
 

@@ -18,7 +18,7 @@ from pose_node.nodes.running import run_node
 
 PERIOD_S = 0.5  # [s] between pages
 LISTEN_S = 3.0  # [s] before the one page of --once
-SHORTEST_S, LONGEST_S = 0.5, 600.0  # [s] a rate needs some time
+MIN_DURATION_S, MAX_DURATION_S = 0.5, 600.0  # [s] a rate needs some time
 PLAIN_WIDTH = 80  # [columns] without a terminal
 
 
@@ -72,7 +72,7 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
     )
     parser.add_argument(
         "--listen",
-        type=number_within(SHORTEST_S, LONGEST_S, "s"),
+        type=number_within(MIN_DURATION_S, MAX_DURATION_S, "s"),
         default=LISTEN_S,
         metavar="S",
         help="how long --once listens first [s] (default: %(default)g)",

@@ -25,7 +25,7 @@ from pose_io.bag_repair import END
 from pose_io.bag_writer import STORAGES
 from pose_io.typestore import make_typestore, register_package
 
-MOST_PENDING = 1 << 19  # [bytes] below the size at which rosbags completes a chunk by itself
+MAX_PENDING = 1 << 19  # [bytes] below the size at which rosbags completes a chunk by itself
 
 
 def free_path(path: Path) -> Path:
@@ -152,7 +152,7 @@ class GrowingBag:
             raise self._failed(error) from error
         self._pending += len(data)
         self.size += len(data)
-        if self._pending > MOST_PENDING:
+        if self._pending > MAX_PENDING:
             self.flush()
 
     def flush(self) -> None:

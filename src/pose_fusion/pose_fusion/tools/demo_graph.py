@@ -21,7 +21,7 @@ PROCESSES = 8  # started together: launcher, bridges, devices, calibration, fusi
 WEIGHT = 3.0  # [-] start-up time of a node of the graph relative to the measured process
 REPORT_S = 1.0  # [s] until a started node reports in /diagnostics
 SPARE_S = 1.0  # [s] smallest time between the last node's first report and the first frame
-LONGEST_LEAD_S = 60.0  # [s]
+MAX_LEAD_S = 60.0  # [s]
 POLL_S = 0.1  # [s]
 TAIL_S = 1.5  # [s] for processing and recording the last frames
 SHOWN_S = 0.2  # [s] between reports of the progress
@@ -76,12 +76,12 @@ def first_lead_s() -> float:
     begin = time.monotonic()
     monitor = DiagnosticsReader()
     try:
-        monitor.is_ready.wait(LONGEST_LEAD_S)
+        monitor.is_ready.wait(MAX_LEAD_S)
         one_s = time.monotonic() - begin
     finally:
         monitor.stop()
     rounds = max(1.0, PROCESSES / len(os.sched_getaffinity(0)))
-    return min(LONGEST_LEAD_S, SPARE_S + REPORT_S + WEIGHT * rounds * one_s)
+    return min(MAX_LEAD_S, SPARE_S + REPORT_S + WEIGHT * rounds * one_s)
 
 
 def ready_estimator(console: Console) -> None:
@@ -121,12 +121,12 @@ def started_graph(
         arguments |= {"bag": str(folder / "bag"), "start_at": str(start_at_ns)}
         with LaunchedGraph(launch_file, arguments, folder / "graph.log") as graph:
             missing = wait_until_up(graph, start_at_ns - round(SPARE_S * NS_PER_S), console)
-            if not missing or lead_s >= LONGEST_LEAD_S:
+            if not missing or lead_s >= MAX_LEAD_S:
                 if missing:
                     console.print(f"not up when the input begins: {', '.join(missing)}")
                 yield graph, start_at_ns
                 return
-        lead_s = min(2.0 * lead_s, LONGEST_LEAD_S)
+        lead_s = min(2.0 * lead_s, MAX_LEAD_S)
         console.print(f"{', '.join(missing)}: not up yet; starting again, with {lead_s:.0f} s")
         shutil.rmtree(folder / "bag", ignore_errors=True)
 

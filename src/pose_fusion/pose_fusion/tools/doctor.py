@@ -19,7 +19,7 @@ from pose_io.bags import open_bag
 from pose_node.command_line import number_within, run_tool
 from pose_node.plain_console import add_share, plain_console, progress_bar
 
-LISTEN_S, LONGEST_S = 4.0, 600.0  # [s] diagnostics are published once per second
+LISTEN_S, MAX_DURATION_S = 4.0, 600.0  # [s] diagnostics are published once per second
 MARKS = {
     Verdict.OK: Text("✓", "green"),
     Verdict.NOTE: Text("!", "yellow"),
@@ -104,7 +104,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")
     parser.add_argument(
         "--listen",
-        type=number_within(0.0, LONGEST_S, "s"),
+        type=number_within(0.0, MAX_DURATION_S, "s"),
         default=LISTEN_S,
         metavar="S",
         help="how long to listen to the graph [s]; 0: not at all (default: %(default)g)",

@@ -11,8 +11,8 @@ from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
 from pose_node.node_status import Level
 
 SLOWEST_SENSOR = 10.0  # [Hz] a Kinect gives 30
-LONGEST_LATENCY_S = 0.1  # [s] of a stage
-LARGEST_LEAD_S = 0.05  # [s] a stamp may lie in the future
+MAX_LATENCY_S = 0.1  # [s] of a stage
+MAX_LEAD_S = 0.05  # [s] a stamp may lie in the future
 
 
 class Verdict(Enum):
@@ -100,9 +100,9 @@ def _stream(topic: TopicStatus, slowest: float) -> Finding:
     if topic.latency_s is None:
         return ok(topic.name, text)
     text += f", {1000.0 * topic.latency_s:.0f} ms from capture to here"
-    if topic.latency_s < -LARGEST_LEAD_S:
+    if topic.latency_s < -MAX_LEAD_S:
         return wrong(topic.name, text, "stamps lie in the future: set both hosts' clocks by NTP")
-    if topic.latency_s > LONGEST_LATENCY_S:
+    if topic.latency_s > MAX_LATENCY_S:
         remedy = "late: a replayed recording, clocks that differ, or a machine that is too busy"
         return note(topic.name, text, remedy)
     return ok(topic.name, text)
@@ -148,7 +148,7 @@ def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
     if snapshot.fusion_latency_s is not None:
         median, p99 = (1000.0 * value for value in snapshot.fusion_latency_s)
         text = f"median {median:.0f} ms, p99 {p99:.0f} ms, from newest sample to output"
-        if snapshot.fusion_latency_s[0] > LONGEST_LATENCY_S:
+        if snapshot.fusion_latency_s[0] > MAX_LATENCY_S:
             yield wrong("fusion latency", text, "the machine is too busy: fewer nodes, more cores")
         else:
             yield ok("fusion latency", text)

@@ -12,12 +12,12 @@ from pose_fusion.watching.findings import Finding, note, ok, wrong
 
 OLDEST, NEWEST = (3, 10), (3, 13)  # Python
 FEWEST_CORES = 2
-LEAST_DISK_GB = 1.0  # [GB] a minute of two Kinects and nine IMUs takes about 20 MB
-LEAST_SHARED_MB = 32.0  # [MB] Fast DDS takes about half a megabyte a node
+MIN_DISK_GB = 1.0  # [GB] a minute of two Kinects and nine IMUs takes about 20 MB
+MIN_SHARED_MB = 32.0  # [MB] Fast DDS takes about half a megabyte a node
 SHARED = Path("/dev/shm")
 FASTDDS_FILES = ("fastrtps_*", "fastdds_*", "sem.fastrtps_*", "sem.fastdds_*")
 DISCOVERY_GROUP = "239.255.0.1"  # where DDS participants find each other
-LARGEST_DOMAIN = 101  # above, the ports reach into Linux's ephemeral range
+MAX_DOMAIN = 101  # above, the ports reach into Linux's ephemeral range
 TIMEOUT_S = 1.0
 GB, MB = 1e9, 1e6  # [bytes]
 
@@ -56,9 +56,9 @@ def cores_finding(cores: int) -> Finding:
 def disk_finding(folder: Path, free_bytes: float) -> Finding:
     """Whether there is room for recordings."""
     text = f"{free_bytes / GB:.1f} GB are free at {folder}"
-    if free_bytes >= LEAST_DISK_GB * GB:
+    if free_bytes >= MIN_DISK_GB * GB:
         return ok("disk", text)
-    remedy = f"{LEAST_DISK_GB:g} GB are needed: free some space, or record elsewhere"
+    remedy = f"{MIN_DISK_GB:g} GB are needed: free some space, or record elsewhere"
     return wrong("disk", text, remedy)
 
 
@@ -68,7 +68,7 @@ def shared_memory_finding(folder: Path) -> Finding:
         remedy = "mount a tmpfs there (containers: --ipc=host or --shm-size)"
         return wrong("shared memory", f"{folder} is not there, or not writable", remedy)
     free_mb = shutil.disk_usage(folder).free / MB
-    if free_mb < LEAST_SHARED_MB:
+    if free_mb < MIN_SHARED_MB:
         remedy = f"remove old {folder}/fastrtps_* files, or enlarge it (containers: --shm-size)"
         return wrong("shared memory", f"{free_mb:.0f} MB are free", remedy)
     owners = list(_owners_of_fastdds_files(folder))
@@ -91,8 +91,8 @@ def domain_finding(environment: Mapping[str, str]) -> Finding:
     """Whether ROS_DOMAIN_ID is one, and who can hear us."""
     text = environment.get("ROS_DOMAIN_ID", "") or "0"
     reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "") or "SUBNET"
-    if not text.isdigit() or int(text) > LARGEST_DOMAIN:
-        remedy = f"set ROS_DOMAIN_ID to 0 … {LARGEST_DOMAIN}, the same on every host"
+    if not text.isdigit() or int(text) > MAX_DOMAIN:
+        remedy = f"set ROS_DOMAIN_ID to 0 … {MAX_DOMAIN}, the same on every host"
         return wrong("ROS domain", text, remedy)
     return ok("ROS domain", f"{text}, discovery range {reach}")
 

@@ -15,7 +15,7 @@ from pose_node.node_status import NodeStatus
 WINDOW_S = 5.0  # [s] what rates, latencies and shares are taken over
 GAP_WINDOW_S = 60.0  # [s] over which gaps are counted
 GAP_PERIODS = 2.5  # [median periods] shortest gap
-SHORTEST_GAP_S = 0.1  # [s]
+MIN_GAP_S = 0.1  # [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +63,7 @@ class TopicWatch:
         last_ns = self._arrivals[-1][1] if self._arrivals else None
         if stamp_ns is not None and last_ns is not None:
             gap_s = (stamp_ns - last_ns) / NS_PER_S
-            if gap_s > SHORTEST_GAP_S and gap_s > GAP_PERIODS * self._period_s():
+            if gap_s > MIN_GAP_S and gap_s > GAP_PERIODS * self._period_s():
                 self._gaps.append((now_ns, gap_s))
         self._arrivals.append((now_ns, stamp_ns))
         self._forget(now_ns)

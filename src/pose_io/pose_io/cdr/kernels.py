@@ -21,7 +21,7 @@ IMU_ACCELERATION = 25
 IMU_ACCELERATION_COVARIANCE = 28
 STRONGEST = 4000.0  # [m/s²] no accelerometer measures as much, per axis
 FASTEST_RATE = 200.0  # [rad/s] no gyroscope measures as much, per axis
-LONGEST_RANGE = 100.0  # [m] beyond the range of any sensor: not a position
+MAX_RANGE = 100.0  # [m] beyond the range of any sensor: not a position
 SHORTEST, LONGEST = 0.9, 1.1  # [-] accepted norm of a quaternion
 
 
@@ -151,7 +151,7 @@ def clean_joints(
     for row in range(len(xyz)):
         for k in range(len(named)):
             x, y, z = xyz[row, named[k]]
-            is_place = abs(x) < LONGEST_RANGE and abs(y) < LONGEST_RANGE and abs(z) < LONGEST_RANGE
+            is_place = abs(x) < MAX_RANGE and abs(y) < MAX_RANGE and abs(z) < MAX_RANGE
             # Trackers send (0, 0, 0) for joints that they have lost.
             if not is_place or (x == 0.0 and y == 0.0 and z == 0.0):  # nor a NaN
                 continue

@@ -18,7 +18,7 @@ from pose_core.kernels.compiling import type_specialised
 from pose_io.arrays import ByteArray, IntArray
 from pose_io.cdr.kernels import (
     HEADER_SIZE,
-    LONGEST_RANGE,
+    MAX_RANGE,
     PersonPlaces,
     have_form,
     read_person,
@@ -30,7 +30,7 @@ BEST_STATE = int(max(TrackingState))
 FORMS_KEPT = 16  # bounds the memory: persons leave, and new ids arrive
 FORM_BYTES_KEPT = 4_194_304  # [bytes] of all stored forms
 NO_POSITION = (
-    f"no joint that it tracks has a position: NaN, zero or beyond {LONGEST_RANGE:g} m; is it in "
+    f"no joint that it tracks has a position: NaN, zero or beyond {MAX_RANGE:g} m; is it in "
     "millimetres? The unit is metres"
 )
 MAX_MESSAGE = 262_144  # [bytes] 200 persons of 25 joints

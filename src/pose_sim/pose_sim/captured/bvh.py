@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 UNITS_M = (1.0, 0.01, 0.001, 0.0254, 0.0564444)  # [m] m, cm, mm, inch, CMU's skeletons (ASF)
 LEG_M = 0.83  # [m] thigh and shank of an adult
 ANKLE_HEIGHT = 0.08  # [m] of the lowest one in the whole clip
-LONGEST_STEP = 0.1  # [m] first frames with a larger distance to the next are rest poses
+MAX_STEP = 0.1  # [m] first frames with a larger distance to the next are rest poses
 PLACES = {
     "hip": ("upleg", "hip", "thigh", "upperleg"),
     "knee": ("leg", "knee", "shin", "lowerleg", "calf"),
@@ -178,5 +178,5 @@ def _unit(positions: FloatArray) -> float:
 def _first_of_motion(positions: FloatArray) -> int:
     """Index of the first frame after the rest poses at the beginning of some files."""
     step = np.linalg.norm(np.diff(positions[:5], axis=0), axis=2).max(axis=1)
-    jumps = np.flatnonzero(step > LONGEST_STEP)
+    jumps = np.flatnonzero(step > MAX_STEP)
     return int(jumps[-1]) + 1 if len(jumps) else 0

@@ -21,7 +21,7 @@ from pose_sim.captured.bvh import is_bvh, read_bvh
 from pose_sim.captured.clip import RATE, Clip
 
 BLEND_S = 0.5  # [s] between two clips
-SHORTEST_S = 0.5  # [s] shortest clip that is used
+MIN_DURATION_S = 0.5  # [s] shortest clip that is used
 SPINS_DEG = (90.0, 180.0, 270.0, 360.0)
 SPIN_S = (0.8, 2.0)  # [s] duration of a spin
 REST_S = (1.5, 5.0)  # [s] between two spins
@@ -74,7 +74,7 @@ def chain(clips: Sequence[Clip], duration_s: float) -> Clip:
     for clip in clips[1:]:
         if len(whole) >= duration_s * RATE:
             break
-        if len(clip) >= SHORTEST_S * RATE:
+        if len(clip) >= MIN_DURATION_S * RATE:
             whole = _joined(whole, clip)
     count = min(len(whole), round(duration_s * RATE))
     positions = whole.positions[:count].copy()

@@ -18,7 +18,7 @@ START_NS = 1_700_000_000_000_000_000
 """Stamp [ns] of a session's time zero."""
 APART_DEG = (45.0, 95.0)  # [deg] angle between the cameras' directions from the person
 HEIGHT_M = (1.0, 1.6)  # [m] height of a camera
-LEAST_DISTANCE, BEYOND_REACH = 3.0, 1.3  # [m] distance of a camera
+MIN_DISTANCE, BEYOND_REACH = 3.0, 1.3  # [m] distance of a camera
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +116,7 @@ def place_cameras(clip: Clip, rng: np.random.Generator) -> dict[str, FloatArray]
     facing = float(heading(clip.positions[: round(RATE)]).mean()) + rng.uniform(-0.5, 0.5)
     apart = np.radians(rng.uniform(*APART_DEG))
     reach = np.linalg.norm(clip.positions[..., :2], axis=2).max()
-    distance = max(LEAST_DISTANCE, reach + BEYOND_REACH)
+    distance = max(MIN_DISTANCE, reach + BEYOND_REACH)
     places = {}
     for index, sensor in enumerate(SENSORS):
         angle = facing + (index - 0.5) * apart

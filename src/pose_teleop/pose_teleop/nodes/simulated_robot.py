@@ -28,7 +28,7 @@ from pose_teleop.robot_meshes import link_meshes
 DRAWN_S = 0.04  # [s] between transforms of its links
 CELL_M = 0.012  # [m] resolution of its meshes
 ROOT = "robot"  # its root frame, and the prefix of its links' frames
-LONGEST_S = 0.1  # [s] longest pause of the process that is simulated afterwards
+MAX_DURATION_S = 0.1  # [s] longest pause of the process that is simulated afterwards
 
 
 class SimulatedRobot(Node):
@@ -72,7 +72,7 @@ class SimulatedRobot(Node):
         since_s = (now_ns - self._stepped_ns) / NS_PER_S
         if since_s >= STEP_S:
             steps = int(since_s / STEP_S)
-            self.simulated.advance(min(steps * STEP_S, LONGEST_S))
+            self.simulated.advance(min(steps * STEP_S, MAX_DURATION_S))
             self._stepped_ns += round(steps * STEP_S * NS_PER_S)
 
     def _step(self) -> None:

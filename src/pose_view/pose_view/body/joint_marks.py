@@ -32,8 +32,8 @@ SEEN = {
 """The key of these of a joint that is measured by cameras only."""
 PALE = np.array([238.0, 238.0, 238.0])
 CERTAIN, UNCERTAIN = np.radians(2.0), np.radians(20.0)  # [rad] standard deviations
-LARGEST_PALENESS = 0.75  # [-]
-LARGEST_GROWTH = 0.25  # [-] of the radius
+MAX_PALENESS = 0.75  # [-]
+MAX_GROWTH = 0.25  # [-] of the radius
 IMU_SHARE = 0.5  # [-] weight above which a joint counts as measured by an IMU
 
 
@@ -110,9 +110,9 @@ def joint_marks(body: BodySnapshot) -> dict[str, JointMark]:
             doubt = float(np.clip((stddev - CERTAIN) / (UNCERTAIN - CERTAIN), 0.0, 1.0))
             doubt = round(doubt * STEPS) / STEPS
         color = np.array(COLORS[_source(TrackingState(state), body.dof, rows[joint])])
-        paleness = LARGEST_PALENESS * doubt
+        paleness = MAX_PALENESS * doubt
         red, green, blue = np.rint((1.0 - paleness) * color + paleness * PALE).astype(int).tolist()
-        marks[joint] = JointMark(color=(red, green, blue), growth=1.0 + LARGEST_GROWTH * doubt)
+        marks[joint] = JointMark(color=(red, green, blue), growth=1.0 + MAX_GROWTH * doubt)
     return marks
 
 

@@ -26,7 +26,7 @@ from pose_view.report.report_data import ReportData
 
 REFERENCE = "reference"
 LARGE_SHARE = 0.8  # [-] coverage of the recording required to align the reference
-LEAST_SHARE = 0.5  # [-] of the longest overlap, required to compare a method
+MIN_SHARE = 0.5  # [-] of the longest overlap, required to compare a method
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,7 +131,7 @@ def _long_enough(
         name: series.between(begin_ns, end_ns).duration_s
         for name, series in recording.methods.items()
     }
-    enough_s = max(MIN_OVERLAP_S, LEAST_SHARE * max(overlap_s.values()))
+    enough_s = max(MIN_OVERLAP_S, MIN_SHARE * max(overlap_s.values()))
     kept = {n: series for n, series in recording.methods.items() if overlap_s[n] >= enough_s}
     # Without any, comparing all methods raises an error with the reason.
     return kept or dict(recording.methods), tuple(n for n in overlap_s if kept and n not in kept)

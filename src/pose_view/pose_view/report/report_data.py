@@ -18,7 +18,7 @@ from pose_io.topics import imu_topics, sensor_topics
 PREFERRED = (FUSED, "default+imus", "default", "li2020", "joint_kf", MEAN)
 ALL = "all"  # selects all methods
 COMMENT_KEY = "comment"  # key of the recording's comment in a bridge's report
-LONGEST_S = 1e9  # [s] replaces infinity
+MAX_DURATION_S = 1e9  # [s] replaces infinity
 SYNTHETIC = "synthetic"  # beginning of the comment of a synthetic recording
 
 FindExtrinsics = Callable[[BagReader, tuple[str, ...]], Extrinsics]
@@ -217,7 +217,7 @@ def _cut(
 ) -> dict[str, SkeletonSeries]:
     """Select the requested interval; methods without data in it are left out."""
     begin_ns = zero_ns + round(wanted.from_s * 1e9)
-    end_ns = zero_ns + round(min(wanted.until_s, LONGEST_S) * 1e9)
+    end_ns = zero_ns + round(min(wanted.until_s, MAX_DURATION_S) * 1e9)
     cut = {name: series.between(begin_ns, end_ns) for name, series in methods.items()}
     return {name: series for name, series in cut.items() if len(series) > 1}
 

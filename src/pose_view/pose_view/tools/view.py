@@ -36,7 +36,7 @@ SETTINGS: Mapping[str, Mapping[str, Any]] = {
 """Parameters of the fusion by kind of body: the suffix of its id, if it uses one kind of sensor."""
 
 
-MOST_PEOPLE = 6
+MAX_PEOPLE = 6
 IDLE_S = 0.1  # [s] between checks for browsers
 
 
@@ -197,7 +197,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--max-people",
         type=int,
-        choices=range(1, MOST_PEOPLE + 1),
+        choices=range(1, MAX_PEOPLE + 1),
         default=1,
         metavar="N",
         help="how many people's poses are computed, where none were recorded (%(default)s)",

@@ -14,7 +14,7 @@ from pose_view.web.server import LocalServer
 
 WIDTH, HEIGHT = 340, 128  # [px] of a plot, whose width is the panel's
 LEFT, RIGHT, TOP, BOTTOM = 40, 8, 6, 30
-MOST_TICKS = 5  # [-]
+MAX_TICKS = 5  # [-]
 STEPS = (1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0)  # between ticks
 DEFAULTS = (
     "Pitch: right forearm",
@@ -78,8 +78,8 @@ def svg_plot(
 
 
 def ticks(low: float, high: float) -> list[float]:
-    """Round values in a range, at most :data:`MOST_TICKS` and one."""
-    step = next((s for s in STEPS if (high - low) / s <= MOST_TICKS), STEPS[-1])
+    """Round values in a range, at most :data:`MAX_TICKS` and one."""
+    step = next((s for s in STEPS if (high - low) / s <= MAX_TICKS), STEPS[-1])
     first = int(np.ceil(low / step - 1e-9))
     last = int(np.floor(high / step + 1e-9))
     return [step * k for k in range(first, last + 1)]

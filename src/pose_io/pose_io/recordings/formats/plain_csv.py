@@ -29,7 +29,7 @@ COLUMNS = (
 )
 STATES = tuple(float(state) for state in TrackingState)
 FARTHEST_M = 40.0  # [m] median distance of joints from the sensor; no camera sees so far
-LONGEST_STEP_S = 2.0  # [s] median time between a sensor's frames
+MAX_STEP_S = 2.0  # [s] median time between a sensor's frames
 ROUNDED_STEP_S = 0.5  # [s] the same, from which on frames left by rounded times are of no use
 
 
@@ -61,10 +61,10 @@ def _refuse_other_units(path: Path, stream: SensorStream) -> None:
         )
     steps_ns = np.diff(np.sort(stream.host_time_ns))
     step_s = float(np.median(steps_ns)) / NS_PER_S if len(steps_ns) else 0.0
-    if step_s > LONGEST_STEP_S:
+    if step_s > MAX_STEP_S:
         raise InputError(
             f"{path}: {step_s:.3g} s lie between two frames of sensor '{stream.name}' (median), "
-            f"expected at most {LONGEST_STEP_S:g} s: write host_time_s in seconds"
+            f"expected at most {MAX_STEP_S:g} s: write host_time_s in seconds"
         )
     if step_s >= ROUNDED_STEP_S and stream.rows_repeated > len(stream.person):
         rows = len(stream.person) + stream.rows_repeated

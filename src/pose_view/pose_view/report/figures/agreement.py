@@ -29,7 +29,7 @@ from pose_view.report.figures.canvas import (
 from pose_view.report.report_data import seconds
 from pose_view.report.tables.stability import SOURCES
 
-MOST_DOTS = 400  # largest number of dots in a plot
+MAX_DOTS = 400  # largest number of dots in a plot
 STRIP_COLUMNS = 700  # instants drawn in the strip of sources
 
 
@@ -46,7 +46,7 @@ def bland_altman_figures(analysis: Analysis, compared: Compared) -> FigureSet:
         difference = wrapped(found[angle] - expected[angle])
         mean = expected[angle] + 0.5 * difference
         keep = np.flatnonzero(np.isfinite(difference))
-        keep = keep[:: max(1, len(keep) // MOST_DOTS)]
+        keep = keep[:: max(1, len(keep) // MAX_DOTS)]
         score = scores.angles[angle]
         low, high = score.limits_of_agreement_deg
         with plot() as (figure, (axes,)):
