@@ -18,7 +18,7 @@ from pose_bench.reference.default_filter import ReferenceFilter
 from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.reference.textbook_ukf import TextbookFilter
 from pose_core.arrays import FloatArray
-from pose_core.baseline_filters.li2020 import Li2020Filter, Li2020Parameters
+from pose_core.baseline_filters.li2020 import Li2020Filter
 from pose_core.body.average_body import neutral_pose
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import BodyModel, load_body_model
@@ -237,19 +237,17 @@ def opensim_steps(scene: Scene) -> Step:
     return OpenSimIk(scene.model, scene.shape, seen, 1.0 / PERIOD_S).step
 
 
-def li2020_of(scene: Scene, parameters: Li2020Parameters) -> Li2020Filter:
+def li2020_of(scene: Scene) -> Li2020Filter:
     """The filter of li2020 at the first pose."""
-    filter_ = Li2020Filter(scene.model, scene.shape, parameters)
+    filter_ = Li2020Filter(scene.model, scene.shape)
     filter_.start(scene.joints[0])
     return filter_
 
 
-def textbook_of(scene: Scene, parameters: Li2020Parameters) -> TextbookFilter:
+def textbook_of(scene: Scene) -> TextbookFilter:
     """The textbook filter with li2020's initial state."""
-    started = li2020_of(scene, parameters)
-    filter_ = TextbookFilter(
-        scene.model, scene.shape, started.kinematics.R_reference.copy(), parameters
-    )
+    started = li2020_of(scene)
+    filter_ = TextbookFilter(scene.model, scene.shape, started.kinematics.R_reference.copy())
     filter_.ukf.x, filter_.ukf.P = started.state
     return filter_
 
@@ -260,14 +258,14 @@ def update_timings(frames: int, slow_frames: int) -> Iterator[Timing]:
     yield measure("default, two Kinects, nine IMUs", filter_steps(scene, 2, 9), frames)
     yield measure("default, two Kinects", filter_steps(scene, 2, 0), frames)
     yield measure(WHOLE, estimator_steps(scene, "default", 9), frames)
-    li2020 = li2020_of(paper, Li2020Parameters())
+    li2020 = li2020_of(paper)
     yield measure("li2020, two Kinects", li2020_steps(paper, li2020), frames)
     yield measure("joint_kf, two Kinects", estimator_steps(paper, "joint_kf", 0), frames)
     if util.find_spec("opensim") is not None:
         few = Scene(paper.model, max(frames // 5, 20))
         yield measure(OPENSIM, opensim_steps(few), few.size)
     yield measure("default in plain numpy, nine IMUs", plain_steps(scene), slow_frames)
-    textbook = textbook_of(paper, Li2020Parameters())
+    textbook = textbook_of(paper)
     yield measure(TEXTBOOK, li2020_steps(paper, textbook), slow_frames)
 
 

@@ -6,17 +6,16 @@ import pytest
 from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.speed import PERIOD_S, Scene, exponent, textbook_of
 from pose_bench.tools.bench import run
-from pose_core.baseline_filters.li2020 import Li2020Filter, Li2020Parameters
+from pose_core.baseline_filters.li2020 import Li2020Filter
 from pose_core.body.model import load_body_model
 from pose_core.joints import JOINTS
 
 
 def test_the_textbook_filter_equals_li2020():
     scene = Scene(load_body_model("li2020"), 6)
-    parameters = Li2020Parameters()
-    fast = Li2020Filter(scene.model, scene.shape, parameters)
+    fast = Li2020Filter(scene.model, scene.shape)
     fast.start(scene.joints[0])
-    plain = textbook_of(scene, parameters)
+    plain = textbook_of(scene)
     for frame in range(1, 4):
         seen = scene.seen(frame, 2)
         seen[0, 3] = seen[:, 7] = np.nan

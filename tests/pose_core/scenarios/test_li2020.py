@@ -2,7 +2,7 @@ import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 from synthetic_body import MODEL, SHAPE, kinematics, motion
 
-from pose_core.baseline_filters.li2020 import Li2020Filter, Li2020Parameters
+from pose_core.baseline_filters.li2020 import ALPHA, Li2020Filter
 from pose_core.baseline_filters.measurement_noise import fuse_measurements, measurement_noise
 
 DT = 1.0 / 30.0
@@ -13,7 +13,7 @@ def measured(positions, rng, noise=0.01, sensors=2):
 
 
 def started(z):
-    filtered = Li2020Filter(MODEL, SHAPE, Li2020Parameters())
+    filtered = Li2020Filter(MODEL, SHAPE)
     assert filtered.start(z[0].mean(axis=0))
     return filtered
 
@@ -25,7 +25,7 @@ def test_the_filter_equals_the_ukf_of_filterpy():
     z = measured(kinematics().pose(dof).positions, rng)
     ours = started(z)
     n = 2 * MODEL.size
-    points = MerweScaledSigmaPoints(n, Li2020Parameters().alpha, 2.0, 0.0)
+    points = MerweScaledSigmaPoints(n, ALPHA, 2.0, 0.0)
     F = np.eye(n) + DT * np.eye(n, k=MODEL.size)
     textbook = UnscentedKalmanFilter(
         n,

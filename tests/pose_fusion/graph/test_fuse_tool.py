@@ -147,7 +147,7 @@ def test_parameters_come_from_a_file_and_from_options(bag, tmp_path):
         (["{tmp}/missing", "{tmp}/out"], "found no bag"),
         (["{bag}", "{bag}"], "exists already"),
         (["{bag}", "{tmp}/out", "--sensors", "left", "middle"], "no skeletons of middle"),
-        (["{bag}", "{tmp}/out", "--max-gap", "-1"], "max_gap"),
+        (["{bag}", "{tmp}/out", "--forget-after", "-1"], "forget_after"),
         (["{bag}", "{tmp}/out", "--extrinsics-file", "{tmp}/no.yaml"], "no.yaml"),
     ],
 )

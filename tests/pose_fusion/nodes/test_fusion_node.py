@@ -259,7 +259,7 @@ def test_a_malformed_skeleton_is_counted_in_diagnostics(ros_context, make_fusion
     ("values", "error", "message"),
     [
         ({"extrinsics_file": "/nowhere.yaml"}, InputError, "/nowhere.yaml"),
-        ({"max_gap": -1.0}, ParameterError, "max_gap"),
+        ({"forget_after": -1.0}, ParameterError, "forget_after"),
         ({"estimator": "magic"}, ParameterError, "'magic' is not one of"),
     ],
 )

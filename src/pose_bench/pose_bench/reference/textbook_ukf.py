@@ -9,7 +9,12 @@ from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter, unsce
 
 from pose_core.api import ROOT_DOF, BodyModel, BodyShape
 from pose_core.arrays import FloatArray
-from pose_core.baseline_filters.li2020 import FRAME_PERIOD_S, Li2020Parameters
+from pose_core.baseline_filters.li2020 import (
+    ALPHA,
+    ANGULAR_ACCELERATION,
+    FRAME_PERIOD_S,
+    ROOT_ACCELERATION,
+)
 from pose_core.baseline_filters.measurement_noise import fuse_measurements, measurement_noise
 from pose_core.joints import JOINT_INDEX, JOINTS
 
@@ -31,7 +36,6 @@ class TextbookFilter:
         model: The body model.
         shape: The person's body measures.
         R_reference: Rotation of the root's zero rotation vector.
-        parameters: Parameters of the filter.
     """
 
     def __init__(
@@ -39,7 +43,6 @@ class TextbookFilter:
         model: BodyModel,
         shape: BodyShape,
         R_reference: FloatArray,
-        parameters: Li2020Parameters,
     ) -> None:
         self._model, self._shape, self._R_reference = model, shape, R_reference
         size = 2 * model.size
@@ -49,10 +52,10 @@ class TextbookFilter:
             FRAME_PERIOD_S,
             self.hx,
             self.fx,
-            MerweScaledSigmaPoints(size, parameters.alpha, 2.0, 0.0),
+            MerweScaledSigmaPoints(size, ALPHA, 2.0, 0.0),
         )
-        acceleration = np.full(model.size, parameters.angular_acceleration)
-        acceleration[:3] = parameters.root_acceleration
+        acceleration = np.full(model.size, ANGULAR_ACCELERATION)
+        acceleration[:3] = ROOT_ACCELERATION
         block = Q_discrete_white_noise(dim=2, dt=FRAME_PERIOD_S, var=1.0)
         self.ukf.Q = np.kron(block, np.diag(acceleration**2))
 

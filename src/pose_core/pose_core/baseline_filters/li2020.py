@@ -4,8 +4,6 @@ State x = (DOF, rates) in R⁴⁸; F = [[I, Δt I], [0, I]] (11); h is forward k
 measurement noise comes from the data (12), (13) and weights the sensors (14), (15).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -18,44 +16,17 @@ from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
 from pose_core.finite_numbers import are_known
-from pose_core.parameters import parameter
 
 FRAME_PERIOD_S = 1.0 / 30.0  # for which the constant Q is defined
 MAX_ANGLE_STDDEV = np.radians(60.0)  # bound of unobserved rotations: sigma points would wrap
 BALL_JOINT = 3  # degrees of freedom; the last one is the axial rotation
+ROOT_ACCELERATION = 5.0  # [m/s²] process noise of the root's position
+ANGULAR_ACCELERATION = 25.0  # [rad/s²] process noise of every rotation
+POSITION_STDDEV = 0.05  # [m] initial, of the root
+ANGLE_STDDEV = 0.2  # [rad] initial, of every rotation
+RATE_STDDEV = 0.5  # [m/s], [rad/s] initial
+ALPHA = 0.1  # [-] spread of the sigma points, in units of √n standard deviations
 RE_REFERENCE_ANGLE = 1.0  # [rad] bound of the root's rotation vector, well inside its chart
-
-
-@dataclass(frozen=True, kw_only=True)
-class Li2020Parameters:
-    """Tuning parameters."""
-
-    root_acceleration: float = parameter(
-        5.0, unit="m/s²", limits=(0.1, 100.0), doc="`li2020`: process noise of the root's position"
-    )
-    angular_acceleration: float = parameter(
-        25.0, unit="rad/s²", limits=(1.0, 1000.0), doc="`li2020`: process noise of every rotation"
-    )
-    initial_position_stddev: float = parameter(
-        0.05, unit="m", limits=(0.001, 1.0), doc="`li2020`: initial uncertainty of the root"
-    )
-    initial_angle_stddev: float = parameter(
-        0.2,
-        unit="rad",
-        limits=(0.01, 1.0),
-        doc="`li2020`: initial uncertainty of every rotation",
-    )
-    initial_rate_stddev: float = parameter(
-        0.5,
-        unit="rad/s",
-        limits=(0.01, 10.0),
-        doc="`li2020`: initial uncertainty of every rate (the root's: [m/s])",
-    )
-    alpha: float = parameter(
-        0.1,
-        limits=(0.01, 1.0),
-        doc="`li2020`: spread of the sigma points, in units of √n standard deviations",
-    )
 
 
 class Li2020Filter:
@@ -64,15 +35,13 @@ class Li2020Filter:
     Args:
         model: A body model.
         shape: The person's measures.
-        parameters: The filter's tuning.
     """
 
-    def __init__(self, model: BodyModel, shape: BodyShape, parameters: Li2020Parameters) -> None:
+    def __init__(self, model: BodyModel, shape: BodyShape) -> None:
         self.model = model
-        self._parameters = parameters
         self._size = model.size
         self.kinematics = ForwardKinematics(model, shape.offsets)
-        self._transform = UnscentedTransform(2 * model.size, alpha=parameters.alpha)
+        self._transform = UnscentedTransform(2 * model.size, alpha=ALPHA)
         self._Q = self._process_noise()
         balls = (link.dof for link in model.links.values() if len(link.dof) == BALL_JOINT)
         self._turns = np.array([model.dof_index[dof[-1].name] for dof in balls])
@@ -103,13 +72,13 @@ class Li2020Filter:
         axes = trunk_axes(positions)
         if not np.all(np.isfinite(axes)):
             return False
-        p, d = self._parameters, self._size
+        d = self._size
         self.kinematics.R_reference = axes
         self._mean = np.zeros(2 * d)
         self._mean[:d] = dof_from_positions(self.model, positions)
-        stddev = np.full(2 * d, p.initial_angle_stddev)
-        stddev[:3] = p.initial_position_stddev
-        stddev[d:] = p.initial_rate_stddev
+        stddev = np.full(2 * d, ANGLE_STDDEV)
+        stddev[:3] = POSITION_STDDEV
+        stddev[d:] = RATE_STDDEV
         self._covariance = np.diag(stddev**2)
         return True
 
@@ -155,8 +124,8 @@ class Li2020Filter:
         from filterpy.common import Q_discrete_white_noise  # imports scipy.stats, see unscented
 
         d = self._size
-        acceleration = np.full(d, self._parameters.angular_acceleration)
-        acceleration[:3] = self._parameters.root_acceleration
+        acceleration = np.full(d, ANGULAR_ACCELERATION)
+        acceleration[:3] = ROOT_ACCELERATION
         block = Q_discrete_white_noise(dim=2, dt=FRAME_PERIOD_S, var=1.0)
         return np.kron(block, np.diag(acceleration**2))
 

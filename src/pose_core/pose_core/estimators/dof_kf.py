@@ -15,7 +15,7 @@ from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import ROOT_DOF
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose, pose_by_cameras
-from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.estimator import RESTART_AFTER_S, StepwiseEstimator
 from pose_core.stamps import NS_PER_S
 
 ROOT_ACCELERATION = 10.0  # [m/s²] white, over a frame
@@ -35,7 +35,7 @@ class DofKalmanFilter(StepwiseEstimator):
     def update(self, observation: Observation) -> FusedPose | None:
         """Predict to the instant and update with each sensor's degrees of freedom in turn."""
         gap_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
-        is_new = self._filter is None or not 0.0 < gap_s <= self.parameters.restart_after
+        is_new = self._filter is None or not 0.0 < gap_s <= RESTART_AFTER_S
         previous = np.zeros(self.model.size)
         if not is_new and self._filter is not None:
             self._filter.predict(gap_s)

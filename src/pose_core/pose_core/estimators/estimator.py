@@ -17,6 +17,8 @@ from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.kernels.published_state import PublishedState
 
+RESTART_AFTER_S = 0.5  # [s] gap after which filters of stepwise estimators restart
+
 
 class Estimator(ABC):
     """Estimates one person's pose from a sequence of observations.

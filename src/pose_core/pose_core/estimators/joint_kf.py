@@ -11,7 +11,7 @@ import numpy as np
 from pose_core.baseline_filters.constant_velocity import FRAME_PERIOD_S, ConstantVelocityFilter
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
-from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.estimator import RESTART_AFTER_S, StepwiseEstimator
 from pose_core.estimators.pose_of_joints import PoseOfJoints
 from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINTS, TrackingState
@@ -33,7 +33,7 @@ class JointKalmanFilter(StepwiseEstimator):
     def update(self, observation: Observation) -> FusedPose | None:
         """Predict to the instant and update with each sensor's joints in turn."""
         gap_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
-        if self._filter is None or not 0.0 < gap_s <= self.parameters.restart_after:
+        if self._filter is None or not 0.0 < gap_s <= RESTART_AFTER_S:
             if not self._start(observation):
                 return None
         else:

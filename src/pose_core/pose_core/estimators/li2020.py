@@ -13,7 +13,7 @@ from pose_core.body.joint_rotations import continuous_vector
 from pose_core.errors import ParameterError
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose, pose_by_cameras
-from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.estimator import RESTART_AFTER_S, StepwiseEstimator
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.filter.restart_cause import RestartCause
 from pose_core.finite_numbers import nan_mean
@@ -21,6 +21,7 @@ from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.stamps import NS_PER_S
 
 DIVERGED_NS = NS_PER_S // 2
+RESTART_DISTANCE_M = 0.3  # [m] of the median joint from its prediction, for that long
 
 
 class Li2020Estimator(StepwiseEstimator):
@@ -37,7 +38,7 @@ class Li2020Estimator(StepwiseEstimator):
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
-        self._filter = Li2020Filter(self.model, self.shape, self.parameters)
+        self._filter = Li2020Filter(self.model, self.shape)
         self._last_ns: int | None = None
         self._diverged_since_ns: int | None = None
         self._root_vector: FloatArray | None = None
@@ -71,7 +72,7 @@ class Li2020Estimator(StepwiseEstimator):
         if self._last_ns is None:
             return self._start(stamp_ns, measured)
         dt_ns = stamp_ns - self._last_ns
-        if not 0 < dt_ns <= self.parameters.restart_after * NS_PER_S:
+        if not 0 < dt_ns <= RESTART_AFTER_S * NS_PER_S:
             cause = RestartCause.GAP if dt_ns > 0 else RestartCause.TIME_JUMP
             return self._start(stamp_ns, measured, cause)
         try:
@@ -100,7 +101,7 @@ class Li2020Estimator(StepwiseEstimator):
     def _has_diverged(self, stamp_ns: int, innovation: FloatArray) -> bool:
         """Whether the filter has lost the person for too long."""
         seen = innovation[np.isfinite(innovation)]
-        if len(seen) == 0 or np.median(seen) < self.parameters.restart_distance:
+        if len(seen) == 0 or np.median(seen) < RESTART_DISTANCE_M:
             self._diverged_since_ns = None
             return False
         if self._diverged_since_ns is None:

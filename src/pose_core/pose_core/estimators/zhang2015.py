@@ -39,6 +39,8 @@ from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.stamps import NS_PER_S
 
 BALL_JOINT = 3  # degrees of freedom; the last one is the axial rotation
+KINECT_STDDEV = 0.05  # [rad] σ₁ of a limb's attitude; with σ₂, the paper's weights 0.8 and 0.2
+IMU_STDDEV = 0.1  # [rad] σ₂
 NEARLY_PARALLEL = 1e-9
 
 
@@ -148,8 +150,8 @@ class Zhang2015Estimator(StepwiseEstimator):
                 continue
             ends = [JOINT_INDEX[joint] for joint in self.model.ends(link.name)]
             weights[link.name] = weight = minimum_variance_weights(
-                self.parameters.kinect_attitude_stddev**2,
-                self.parameters.imu_attitude_stddev**2,
+                KINECT_STDDEV**2,
+                IMU_STDDEV**2,
                 is_tracked=bool(tracked[ends].all()),
             )
             mean = fuse_trunk if link.parent is None else fuse_limb
@@ -189,5 +191,5 @@ class Zhang2015Estimator(StepwiseEstimator):
         pose.source[dof] = Source.FUSED if weight.kinect > 0.0 else Source.IMU
         if len(dof) == BALL_JOINT and link.parent is not None:  # roll comes from the IMU only
             pose.weight_kinect[dof[-1]], pose.weight_imu[dof[-1]] = 0.0, 1.0
-            pose.variance[dof[-1]] = self.parameters.imu_attitude_stddev**2
+            pose.variance[dof[-1]] = IMU_STDDEV**2
             pose.source[dof[-1]] = Source.IMU

@@ -75,12 +75,7 @@ class Preprocessor:
         """Delay of each sensor's tracker [ns], subtracted from its stamps."""
         self.shape: BodyShape | None = None
         """The person's body measures, once they are known."""
-        self.aligner = TimeAligner(
-            parameters.sensors,
-            max_skew_s=parameters.max_skew,
-            max_gap_s=parameters.max_gap,
-            max_wait_s=parameters.max_wait,
-        )
+        self.aligner = TimeAligner(parameters.sensors)
         self.imus = ImuSet()
         self.held_joints = HeldJoints()
         self.tracked_joints = TrackedJoints()
