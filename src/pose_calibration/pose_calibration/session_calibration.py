@@ -33,6 +33,7 @@ from pose_core.api import (
     ImuBlock,
     ImuSample,
     RepeatedFrames,
+    SensorFrame,
     SkeletonSample,
     TimeAligner,
     TrackingState,
@@ -50,9 +51,6 @@ MAX_APART_S = 0.9  # [s] of stamps recorded together; from a second on, time wou
 RECORDED_STDDEV_S = 0.1  # [s] of an offset by the stamps of samples that were recorded together
 TOGETHER = 1000  # [-] blocks of IMUs' samples that are stored at once
 MAX_TRIED = 3  # [-] people tried, one after the other
-
-Frame = Sequence[SkeletonSample]
-"""All persons that a sensor saw at one instant."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +111,7 @@ def calibrate(
 
 
 def calibrate_people(
-    frames: Iterable[Frame | ImuBlock],
+    frames: Iterable[SensorFrame | ImuBlock],
     sensors: Sequence[str],
     parameters: CalibrationParameters | None = None,
 ) -> SessionCalibration:
@@ -149,7 +147,7 @@ def calibrate_people(
     raise failure or CalibrationError("found no skeletons")
 
 
-def complete(frames: Iterable[Frame | ImuBlock], extrinsics: Extrinsics) -> Extrinsics:
+def complete(frames: Iterable[SensorFrame | ImuBlock], extrinsics: Extrinsics) -> Extrinsics:
     """Known poses of a recorded session's sensors, with what they lack: clocks and body measures.
 
     Offsets of clocks below :data:`MIN_CLOCK_OFFSET_S` are left out.
@@ -186,7 +184,7 @@ def complete(frames: Iterable[Frame | ImuBlock], extrinsics: Extrinsics) -> Extr
 
 
 def moved_sensors(
-    frames: Iterable[Frame | ImuBlock], extrinsics: Extrinsics
+    frames: Iterable[SensorFrame | ImuBlock], extrinsics: Extrinsics
 ) -> tuple[Displaced | MovedDuring, ...]:
     """What a recording's views say against given extrinsics; nothing where no views agree.
 
@@ -204,7 +202,7 @@ def moved_sensors(
 
 
 def _with_recorded_stamps(
-    frames: Iterable[Frame | ImuBlock], reference: str, clocks: Clocks
+    frames: Iterable[SensorFrame | ImuBlock], reference: str, clocks: Clocks
 ) -> Clocks:
     """The clocks, and that of the IMUs where their stamps are far from those recorded with them.
 
@@ -265,8 +263,8 @@ def _all(by_sensor: BySensor) -> list[SkeletonSample]:
 
 
 def _frames_and_blocks(
-    frames: Sequence[Frame | ImuBlock],
-) -> tuple[list[Frame], list[ImuBlock]]:
+    frames: Sequence[SensorFrame | ImuBlock],
+) -> tuple[list[SensorFrame], list[ImuBlock]]:
     """The frames with somebody in them that are not repeated on and on, and the IMUs' samples."""
     repeated = RepeatedFrames()
     frames_kept = [
@@ -278,7 +276,7 @@ def _frames_and_blocks(
 
 
 def _candidates(
-    frames: Sequence[Frame], sensors: Sequence[str], person: str
+    frames: Sequence[SensorFrame], sensors: Sequence[str], person: str
 ) -> list[list[SkeletonSample]]:
     """Samples of each person who may be used, the best first.
 

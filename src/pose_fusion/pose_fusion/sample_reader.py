@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pose_core.api import Clocks, ImuBlock, SkeletonSample, StampCheck
+from pose_core.api import Clocks, ImuBlock, SensorFrame, StampCheck
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_fusion.watching.cameras import CameraWatch
@@ -14,9 +14,6 @@ from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
 
 COUNTS = ("malformed_skeletons", "frames_repeated", "joints_not_tracked", "imu_without_orientation")
-
-Frame = tuple[SkeletonSample, ...]
-"""Everybody in a camera's message."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +45,9 @@ class SampleReader:
         self._reference = sensors[0]
         self._readers = {sensor: SkeletonReader(sensor) for sensor in sensors}
 
-    def frame(self, sensor: str, data: bytes, times: MessageTimes, clocks: Clocks) -> Frame | None:
+    def frame(
+        self, sensor: str, data: bytes, times: MessageTimes, clocks: Clocks
+    ) -> SensorFrame | None:
         """The people in a camera's message; None if it is not to be used.
 
         Args:

@@ -1,7 +1,6 @@
 """Properties of stamps for any behaviour of node and link."""
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from imu_bridge.node_clock import HOLD_NS, NodeClock
 

@@ -10,8 +10,7 @@ from readme_tables import generated_part, markdown_table
 from imu_bridge.devices import PortConfig, parse_devices, read_devices
 from imu_bridge.filters import FILTERS
 from imu_bridge.parameters import ImuBridgeParameters
-from imu_bridge.protocols import PROTOCOLS
-from imu_bridge.protocols import star as protocol
+from imu_bridge.protocols import PROTOCOLS, star as protocol
 from imu_bridge.protocols.star import RawSample, StarParser, encode, reading
 from pose_core.joints import SEGMENTS
 from pose_core.parameters import from_mapping, specs, values_from_ros_yaml

@@ -258,8 +258,7 @@ def test_a_zed_person_that_is_searched_for_is_inferred_and_doubtful_joints_too(b
 
 
 def test_hiros_markers_are_identified_by_id_or_name_and_their_confidence_is_used(bridge):
-    from hiros_skeleton_msgs.msg import Marker as HirosMarker
-    from hiros_skeleton_msgs.msg import Skeleton, SkeletonGroup
+    from hiros_skeleton_msgs.msg import Marker as HirosMarker, Skeleton, SkeletonGroup
 
     heard = bridge(SkeletonGroup, "skeleton_group", source="hiros")
     index = shipped_joint_map("hiros").index

@@ -5,8 +5,7 @@ import json
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.udp import UdpSource

@@ -3,7 +3,7 @@ import pytest
 
 from pose_core.body.model import load_body_model
 from pose_core.estimators.uncertainty import FILTERED, coefficients_of
-from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
+from pose_core.estimators.variance_scale import CONSISTENT_NIS, updated_mean_nis, variance_scale
 from pose_core.kernels.output import published_variance
 from pose_core.kernels.published_state import make_dof_estimate
 
@@ -20,7 +20,7 @@ def variance(distance, velocity=0.0, weight_imu=0.0, blended=0.0):
         dof,
         np.full(size, velocity),
         np.full(size, weight_imu),
-        variance_scale(np.array([distance])),
+        variance_scale(distance),
         coefficients_of(MODEL, FILTERED),
         out,
     )
@@ -37,12 +37,12 @@ def test_what_blending_adds_is_not_calibrated():
 
 
 def test_large_innovations_enlarge_the_variances():
-    fit = np.array([CONSISTENT_NIS])
-    before = variance(fit[0])
+    mean_nis = CONSISTENT_NIS
+    before = variance(mean_nis)
     for _ in range(300):
-        update_mean_nis(fit, 1.0 / 30.0, 8.0)
+        mean_nis = updated_mean_nis(mean_nis, 1.0 / 30.0, 8.0)
 
-    assert np.all(variance(fit[0]) > 1.5 * before)
+    assert np.all(variance(mean_nis) > 1.5 * before)
 
 
 def test_a_moving_joint_has_a_larger_variance_than_a_resting_one():
@@ -52,7 +52,4 @@ def test_a_moving_joint_has_a_larger_variance_than_a_resting_one():
 
 
 def test_missing_innovations_leave_the_scale_unchanged():
-    fit = np.array([CONSISTENT_NIS])
-    update_mean_nis(fit, 1.0, np.nan)
-
-    assert fit[0] == CONSISTENT_NIS
+    assert updated_mean_nis(CONSISTENT_NIS, 1.0, np.nan) == CONSISTENT_NIS

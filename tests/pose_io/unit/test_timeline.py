@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from pose_io.recordings.recording import make_stream
 from pose_io.recordings.timeline import CLOCKS, make_timeline, order_lines

@@ -14,8 +14,7 @@ from pose_core.finite_numbers import mean_known
 from pose_core.joints import LIMB_ENDS, SIDES
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.agreement import view_agreement
-from pose_evaluation.scores import HIPS_AND_KNEES as LEGS
-from pose_evaluation.scores import score_method
+from pose_evaluation.scores import HIPS_AND_KNEES as LEGS, score_method
 from pose_evaluation.stability import bone_length_cv_percent
 from pose_evaluation.table import Table, text_row
 from pose_sim.captured.session import START_NS

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from operator import attrgetter
 
 from pose_calibration.people.view_matching import rough_places, views_of_sensor
-from pose_core.api import Extrinsics, PeopleTracker, SkeletonSample
+from pose_core.api import Extrinsics, PeopleTracker, SensorFrame, SkeletonSample
 from pose_core.counters import Counters
 
 REMEMBERED = 2_400  # [frames] 40 s of two sensors
@@ -14,11 +14,9 @@ MATCH_AFTER_S = 5.0  # [s] of several people in view until they are matched
 MATCH_AGAIN = 2.0  # [-] the time until the next match, to that until the one that failed
 MATCH_WITHIN_S = 40.0  # [s] longest such time: all frames are new by then
 
-Frame = Sequence[SkeletonSample]
-
 
 def match_people(
-    frames: Iterable[Frame], sensors: Sequence[str]
+    frames: Iterable[SensorFrame], sensors: Sequence[str]
 ) -> tuple[PeopleTracker, dict[int, list[SkeletonSample]]]:
     """Identify persons across sensors with unknown extrinsics.
 
@@ -30,7 +28,7 @@ def match_people(
         A tracker of them, in the reference's frame, approximately; and their samples by person, the
         longest common view first.
     """
-    by_sensor: dict[str, list[Frame]] = {name: [] for name in sensors}
+    by_sensor: dict[str, list[SensorFrame]] = {name: [] for name in sensors}
     for frame in frames:
         if frame and frame[0].sensor in by_sensor:
             by_sensor[frame[0].sensor].append(frame)
@@ -51,7 +49,7 @@ def match_people(
     return tracker, dict(by_view)
 
 
-def with_id(frame: Frame, person: str) -> list[SkeletonSample]:
+def with_id(frame: SensorFrame, person: str) -> list[SkeletonSample]:
     """The persons with this id in a frame."""
     return [sample for sample in frame if sample.person == person][:1]
 
@@ -88,7 +86,7 @@ class CalibrationPerson:
 
     def restart(self) -> None:
         """Drop all persons."""
-        self._held: deque[Frame] = deque(maxlen=REMEMBERED)
+        self._held: deque[SensorFrame] = deque(maxlen=REMEMBERED)
         self._extrinsics: Extrinsics | None = None
         self._tracker: PeopleTracker | None = None
         self._is_several = False
@@ -100,7 +98,7 @@ class CalibrationPerson:
         self._extrinsics = extrinsics
         self._held.clear()
 
-    def select(self, frame: Frame) -> list[SkeletonSample]:
+    def select(self, frame: SensorFrame) -> list[SkeletonSample]:
         """The person's samples of a frame; none while the person is not identified."""
         if not frame:
             self.counters.add("nobody_seen")
@@ -110,7 +108,7 @@ class CalibrationPerson:
         self.counters.add("other_person", len(frame) - min(len(chosen), 1))
         return chosen
 
-    def _select(self, frame: Frame) -> list[SkeletonSample]:
+    def _select(self, frame: SensorFrame) -> list[SkeletonSample]:
         if self.person:
             return with_id(frame, self.person)
         if len(frame) > 1 and not self._is_several:
@@ -151,7 +149,7 @@ class CalibrationPerson:
         self._held.clear()
         return sorted(samples[self._number], key=attrgetter("stamp_ns"))
 
-    def _tracked(self, tracker: PeopleTracker, frame: Frame) -> list[SkeletonSample]:
+    def _tracked(self, tracker: PeopleTracker, frame: SensorFrame) -> list[SkeletonSample]:
         """The person's samples; after a long absence, another person's."""
         assigned = tracker.add(frame)
         chosen = tracker.track(self._number)

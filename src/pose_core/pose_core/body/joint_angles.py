@@ -62,7 +62,7 @@ def joint_angles(positions: FloatArray) -> dict[str, FloatArray]:
     return {name: angles[name] for name in ANGLES}
 
 
-def wrapped(angle: FloatArray) -> FloatArray:
+def wrapped(angle: FloatArray | float) -> FloatArray:
     """Angles [rad] of any shape modulo 2π, in [−π, π)."""
     return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
 

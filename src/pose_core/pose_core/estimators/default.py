@@ -15,6 +15,7 @@ from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.parameters import PipelineParameters
+from pose_core.estimators.variance_scale import CONSISTENT_NIS, updated_mean_nis, variance_scale
 from pose_core.filter.crossed_limbs_check import CrossedLimbsCheck
 from pose_core.filter.depth_errors import depth_variance_scale
 from pose_core.filter.error_state_filter import ErrorStateFilter
@@ -33,8 +34,7 @@ from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.joints import TrackingState
-from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
-from pose_core.kernels.published_state import PublishedState
+from pose_core.kernels.published_state import CAMERAS, IMUS, PublishedState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 MAX_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
@@ -85,7 +85,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._start_frames = StartFrames(sensors)
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
-        self._mean_nis = np.full(1, CONSISTENT_NIS)
+        self._mean_nis = CONSISTENT_NIS
         self._information = self._no_information()  # of the last update with each source
 
     @property
@@ -157,7 +157,8 @@ class DefaultEstimator(StepwiseEstimator):
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")
             return None
-        update_mean_nis(self._mean_nis, max(min(ahead_s, 1.0), 0.0), result.mean_nis)
+        since_s = max(min(ahead_s, 1.0), 0.0)
+        self._mean_nis = updated_mean_nis(self._mean_nis, since_s, result.mean_nis)
         return information
 
     def predicted(self, stamp_ns: int, imus: ImuMeasurements) -> TimedPose | None:
@@ -192,8 +193,8 @@ class DefaultEstimator(StepwiseEstimator):
         """Information of the last updates: cameras that still send, IMUs of these links."""
         information = self._no_information()
         if min(state.views.silent_s.tolist()) + ahead_s < SILENT_S:
-            information[0] = self._information[0]
-        information[1, links] = self._information[1, links]
+            information[CAMERAS] = self._information[CAMERAS]
+        information[IMUS, links] = self._information[IMUS, links]
         return information
 
     def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
@@ -261,10 +262,10 @@ class DefaultEstimator(StepwiseEstimator):
         self._alignments.register(observation.stamp_ns, imus, self._filter.state)
         if not is_late:
             aligned = self._alignments.frame(imus)
-            if not self._filter.update_with_imus(aligned, information[1]):
+            if not self._filter.update_with_imus(aligned, information[IMUS]):
                 self.counters.add(RestartCause.NUMERICAL.value)
                 return None
-            self._information[1] = information[1]
+            self._information[IMUS] = information[IMUS]
         result = StepResult(True, 0, float("nan"), float("nan"))
         tracked = np.full_like(observation.positions, np.nan) if len(imus) else None
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
@@ -274,12 +275,12 @@ class DefaultEstimator(StepwiseEstimator):
             if cause and self._start_at(observation, nan_mean(observation.positions), cause):
                 self._alignments.restart(discard=True)
                 return result
-            result = self._filter.update_with_frame(frame, information[0])
+            result = self._filter.update_with_frame(frame, information[CAMERAS])
             if not result.is_finite:
                 self.counters.add(RestartCause.NUMERICAL.value)
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
-            self._information[0] = information[0]
+            self._information[CAMERAS] = information[CAMERAS]
             if tracked is not None:
                 is_tracked = frame.tracking_state[:, None] == int(TrackingState.TRACKED)
                 np.copyto(tracked[sensor], frame.positions, where=is_tracked)

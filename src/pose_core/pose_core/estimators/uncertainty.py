@@ -1,11 +1,11 @@
 """Calibration of the variances: the published standard deviations match the actual errors.
 
 The covariance of a filter covers only the errors of its model. Four corrections are made. The
-normalised innovation squared scales the variance (:mod:`pose_core.kernels.noise_scale`), and so do
-errors in depth (:func:`pose_core.filter.depth_errors.depth_variance_scale`). The pose has a lag, so
-fast joints have a larger error. And the offsets that all cameras share, which no filter observes,
-are the largest part of the error. The coefficients were fitted to the errors on captured motion;
-docs/accuracy/README.md describes the data.
+normalised innovation squared scales the variance (:mod:`pose_core.estimators.variance_scale`), and
+so do errors in depth (:func:`pose_core.filter.depth_errors.depth_variance_scale`). The pose has a
+lag, so fast joints have a larger error. And the offsets that all cameras share, which no filter
+observes, are the largest part of the error. The coefficients were fitted to the errors on captured
+motion; docs/accuracy/README.md describes the data.
 """
 
 from dataclasses import dataclass

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.body.joint_angles import wrapped
 from pose_core.body.kinematics import skew
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.kernels.compiling import compiled
@@ -244,10 +245,10 @@ def best_alignment(sums: FloatArray, north: float | None) -> Alignment:
         if bend < 0.0:
             heading += float(np.clip(0.5 * step * (left - right) / bend, -2.0 * step, 2.0 * step))
     M = best_rotation(_cost_matrix(sums, heading))[0]
-    apart = np.abs(_wrapped(GRID - heading)) > MIN_HEADING_SEPARATION
-    near_north = north is not None and abs(_wrapped(heading - north)) < MIN_HEADING_SEPARATION
+    apart = np.abs(wrapped(GRID - heading)) > MIN_HEADING_SEPARATION
+    near_north = north is not None and abs(wrapped(heading - north)) < MIN_HEADING_SEPARATION
     return Alignment(
-        heading=float(_wrapped(heading)),
+        heading=float(wrapped(heading)),
         R_sensor_link=M,
         covariance=_covariance(sums, heading, M, NORTH_STDDEV if near_north else PRIOR_STDDEV),
         lead=float(SAMPLES_PER_S * (fit(np.array([heading]))[0] - J[apart].max())),
@@ -274,16 +275,11 @@ def best_heading(sums: FloatArray, mounting: SensorToSegment) -> Alignment:
     )
 
 
-def _wrapped(angle: FloatArray | float) -> FloatArray:
-    """Angles [rad] wrapped to (−π, π]."""
-    return np.asarray(np.angle(np.exp(1j * np.asarray(angle))), np.float64)
-
-
 def _log_north_prior(headings: FloatArray, north: float | None) -> FloatArray:
     """Log-prior of headings, (n,), up to a constant: a normal distribution with outliers."""
     if north is None:
         return np.zeros(len(headings))
-    distance = _wrapped(headings - north) / NORTH_STDDEV
+    distance = wrapped(headings - north) / NORTH_STDDEV
     return np.log(np.exp(-0.5 * distance**2) + DISTURBED_SHARE * NORTH_STDDEV)
 
 

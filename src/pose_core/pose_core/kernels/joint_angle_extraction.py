@@ -8,7 +8,7 @@ from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ModelArrays
 from pose_core.kernels.linear_algebra import Symmetric, dot, inverse
-from pose_core.kernels.published_state import DofEstimate, PublishedState
+from pose_core.kernels.published_state import CAMERAS, IMUS, DofEstimate, PublishedState
 from pose_core.kernels.rotations import logarithm, transposed_product
 
 FULL_TURN = 2.0 * np.pi
@@ -271,8 +271,8 @@ def extract_link(
         for a in range(3):
             for b in range(3):
                 variance += inverted[k, a] * state.covariance[link, a, b] * inverted[k, b]
-                kinects += A[k, a] * state.information[0, link, a, b] * A[k, b]
-                imus += A[k, a] * state.information[1, link, a, b] * A[k, b]
+                kinects += A[k, a] * state.information[CAMERAS, link, a, b] * A[k, b]
+                imus += A[k, a] * state.information[IMUS, link, a, b] * A[k, b]
         at = dof[k]
         out.position[at], out.velocity[at], out.variance[at] = angles[k], rates[k, 0], variance
-        out.information[0, at], out.information[1, at] = kinects, imus
+        out.information[CAMERAS, at], out.information[IMUS, at] = kinects, imus

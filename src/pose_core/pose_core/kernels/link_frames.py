@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.rotations import exponential, product, quaternion
+from pose_core.kernels.rotations import exponential, product, quaternion, transposed_product
 
 
 class AuxiliaryFrames(NamedTuple):
@@ -78,7 +78,7 @@ def compute_frame_poses(
         exponential(x, y, z, turn)
         product(R[source], turn, R[row])
         p[row] = p[source]
-    R_body_map, R_body_frame = R[0].copy().T, np.empty((3, 3))
+    R_body_frame = np.empty((3, 3))
     for row in range(len(places)):
         if row == 0:
             quaternion(R[0], places[0, 3:])
@@ -87,10 +87,8 @@ def compute_frame_poses(
         for i in range(3):
             places[row, i] = 0.0
             for k in range(3):
-                places[row, i] += R_body_map[i, k] * (p[row, k] - p[0, k])
-                R_body_frame[i, k] = 0.0
-                for m in range(3):
-                    R_body_frame[i, k] += R_body_map[i, m] * R[row, m, k]
+                places[row, i] += R[0, k, i] * (p[row, k] - p[0, k])
+        transposed_product(R[0], R[row], R_body_frame)
         quaternion(R_body_frame, places[row, 3:])
 
 

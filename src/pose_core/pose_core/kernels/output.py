@@ -26,7 +26,13 @@ from pose_core.kernels.output_blending import (
     decay,
     doubt_sweeping_joints,
 )
-from pose_core.kernels.published_state import DofEstimate, PublishedState, make_dof_estimate
+from pose_core.kernels.published_state import (
+    CAMERAS,
+    IMUS,
+    DofEstimate,
+    PublishedState,
+    make_dof_estimate,
+)
 from pose_core.kernels.rotations import logarithm, product_transposed, rotate_left
 
 MIN_INFORMATION = 1e-6  # [1/rad²] lower bound of the information that counts
@@ -163,7 +169,7 @@ def blend(
 @compiled
 def add_unseen_motion(body: OutputBody, unseen_s: float, dof: DofEstimate) -> None:
     """Add to the root's variances how far it may have moved since cameras have last seen it."""
-    is_carried = np.all(dof.information[1, body.legs] > 0.0)
+    is_carried = np.all(dof.information[IMUS, body.legs] > 0.0)
     speed = CARRIED_SPEED if is_carried else UNSEEN_SPEED
     walked = speed * max(unseen_s - REST_AFTER_S, 0.0)
     for axis in range(2):
@@ -279,7 +285,7 @@ def share_out(
         source: Filled, (d,): 1 Kinects, 2 IMUs, 3 both, 0 neither, as in ``estimates.Source``.
     """
     for at in range(len(source)):
-        kinects, imus = information[0, at], information[1, at]
+        kinects, imus = information[CAMERAS, at], information[IMUS, at]
         total = kinects + imus
         weight_kinect[at] = kinects / total if total > MIN_INFORMATION else 0.0
         weight_imu[at] = imus / total if total > MIN_INFORMATION else 0.0

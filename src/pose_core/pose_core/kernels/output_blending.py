@@ -25,7 +25,7 @@ from pose_core.arrays import FloatArray
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.forward_kinematics import ModelArrays
-from pose_core.kernels.published_state import DofEstimate
+from pose_core.kernels.published_state import CAMERAS, DofEstimate
 
 BLEND_S = 0.005  # [s] 1/k of a certain angle, and of the joints' positions
 BLEND_OF_PREDICTION = 0.15  # [-] least 1/k of the root's position, as a share of the time predicted
@@ -109,7 +109,7 @@ def advance_skeleton_clock(blending: Blending, dof: DofEstimate, dt_s: float) ->
         dof: The filter's estimate.
         dt_s: See :func:`advance_clock`.
     """
-    if dof.information[0, 0] <= 0.0:
+    if dof.information[CAMERAS, 0] <= 0.0:
         blending.unseen_s[0] += dt_s
         return dt_s
     if blending.unseen_s[0] > REST_AFTER_S:

@@ -7,6 +7,8 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled
 
+CAMERAS, IMUS = 0, 1  # the sources, as rows of the information
+
 
 class PublishedState(NamedTuple):
     """The published part of a filter state; for n states, n rows of each."""
@@ -18,7 +20,7 @@ class PublishedState(NamedTuple):
     joints: FloatArray  # (joints, 3) [m] in map, including slides
     position_variance: FloatArray  # (3,) [m²] of the root's position
     covariance: FloatArray  # (links, 3, 3) [rad²] of each link's rotation relative to its parent
-    information: FloatArray  # (2, links, 3, 3) [1/rad²] of each source on each link
+    information: FloatArray  # (2, links, 3, 3) [1/rad²] of CAMERAS, of IMUS
     scale: FloatArray  # (1,) [-] of the variances
     ahead_s: FloatArray  # (1,) [s] for which it is predicted
 
@@ -29,7 +31,7 @@ class DofEstimate(NamedTuple):
     position: FloatArray  # (d,) [m] or [rad]
     velocity: FloatArray  # (d,) [m/s] or [rad/s]
     variance: FloatArray  # (d,) [m²] or [rad²] of the filter
-    information: FloatArray  # (2, d) [1/rad²] of Kinects and of IMUs in the last updates
+    information: FloatArray  # (2, d) [1/rad²] of CAMERAS and IMUS in the last updates
     blended: FloatArray  # (d,) [m²] or [rad²] variance that output blending adds
 
 

@@ -6,7 +6,7 @@ again for another person.
 """
 
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
@@ -24,9 +24,8 @@ from pose_core.session.extrinsics import Extrinsics
 from pose_core.stamps import JUMP_BACK_NS
 from pose_core.streams.clocks import Clocks
 from pose_core.streams.repeated_frames import RepeatedFrames
-from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
+from pose_core.streams.samples import ImuBlock, ImuSample, SensorFrame, block_of
 
-Frame = Sequence[SkeletonSample]
 MAX_HELD_NS = 9 * JUMP_BACK_NS // 10  # [ns] live, older skeletons would look like a new start
 
 
@@ -79,7 +78,7 @@ class PeoplePipeline:
         self.choice = PersonChoice(parameters.person)
         self._is_live = is_live
         self._repeated = RepeatedFrames()
-        self._waiting: SampleBuffer[Frame] = SampleBuffer(self._counters)
+        self._waiting: SampleBuffer[SensorFrame] = SampleBuffer(self._counters)
         self._held_imus: deque[tuple[int, ImuBlock]] = deque()  # with the newest frame's stamp [ns]
         self._pipelines = PersonPipelines(parameters, outlet, self._counters, is_live=is_live)
         self.estimates = self._pipelines.estimates
@@ -159,7 +158,7 @@ class PeoplePipeline:
         """Take the subject's body shape as known; a person of another size is measured."""
         self._pipelines.use_shape(shape)
 
-    def add(self, sample: Frame | ImuSample | ImuBlock) -> None:
+    def add(self, sample: SensorFrame | ImuSample | ImuBlock) -> None:
         """Take a frame with everybody in it, or IMU samples: the subject wears the IMUs."""
         if isinstance(sample, ImuSample):
             sample = block_of(sample)
@@ -177,13 +176,13 @@ class PeoplePipeline:
             self._counters.add("frames_before_extrinsics")
         self._waiting.add(sample)
 
-    def _is_frozen(self, frame: Frame) -> bool:
+    def _is_frozen(self, frame: SensorFrame) -> bool:
         """Whether a recording's frame is one that its sensor repeats."""
         if self._is_live or not frame:
             return False
         return self._repeated.is_frozen(frame[0].sensor, frame)
 
-    def _take(self, sample: Frame | ImuBlock) -> None:
+    def _take(self, sample: SensorFrame | ImuBlock) -> None:
         if isinstance(sample, ImuBlock):
             self._take_imus(sample)
         else:
@@ -220,7 +219,7 @@ class PeoplePipeline:
         while held and (before_ns is None or held[0][0] < before_ns):
             self.subject.add(held.popleft()[1])
 
-    def _take_frame(self, frame: Frame) -> None:
+    def _take_frame(self, frame: SensorFrame) -> None:
         if frame and frame[0].sensor not in self._people.T_common_sensor:
             self.subject.add(frame[0])  # is counted there
             return

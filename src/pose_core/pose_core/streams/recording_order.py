@@ -19,6 +19,7 @@ from pose_core.streams.clocks import Clocks, block_on_reference_clock, reference
 from pose_core.streams.samples import (
     ImuBlock,
     ImuSample,
+    SensorFrame,
     SkeletonSample,
     block_of,
     interleaved,
@@ -27,8 +28,6 @@ from pose_core.streams.samples import (
 
 WAIT_NS = JUMP_BACK_NS  # [ns] for which a frame waits; a longer step back is a new start
 BATCH = 2000  # samples that are ordered together
-
-Frame = Sequence[SkeletonSample]
 
 
 class RecordingOrder:
@@ -41,7 +40,7 @@ class RecordingOrder:
     def __init__(self, clocks: Clocks) -> None:
         self._clocks = clocks
         self._newest_ns = 0  # no sample before the window's length from it is waited for
-        self._frames: list[tuple[int, int, Frame]] = []  # a heap by stamp, then by arrival
+        self._frames: list[tuple[int, int, SensorFrame]] = []  # a heap by stamp, then by arrival
         self._count = 0
         self._imus: list[ImuBlock] = []
         self._ahead: Counter[str] = Counter()  # samples left out, by segment
@@ -56,8 +55,8 @@ class RecordingOrder:
         ]
 
     def add(
-        self, frames: Sequence[tuple[int, Frame]], block: ImuBlock, places: NDArray[np.intp]
-    ) -> Iterator[Frame | ImuBlock]:
+        self, frames: Sequence[tuple[int, SensorFrame]], block: ImuBlock, places: NDArray[np.intp]
+    ) -> Iterator[SensorFrame | ImuBlock]:
         """Add a batch of a recording.
 
         Args:
@@ -90,11 +89,11 @@ class RecordingOrder:
             self._follow_imus(block.rows(slice(alone, None)))
         yield from self._ready(self._newest_ns - WAIT_NS)
 
-    def flush(self) -> Iterator[Frame | ImuBlock]:
+    def flush(self) -> Iterator[SensorFrame | ImuBlock]:
         """What still waits."""
         yield from self._ready(np.iinfo(np.int64).max)
 
-    def _ready(self, until_ns: int) -> Iterator[Frame | ImuBlock]:
+    def _ready(self, until_ns: int) -> Iterator[SensorFrame | ImuBlock]:
         """All samples up to an instant, in order."""
         block = joined(self._imus)
         stamps_ns = block_on_reference_clock(block, self._clocks).stamps_ns
@@ -102,7 +101,7 @@ class RecordingOrder:
         self._ahead.update(block.segments[imu] for imu in block.imu[is_ahead].tolist())
         order = np.argsort(stamps_ns, kind="stable")[: int(np.sum(~is_ahead))]
         block, stamps_ns = block.rows(order), stamps_ns[order]
-        ready: list[tuple[int, int, Frame]] = []
+        ready: list[tuple[int, int, SensorFrame]] = []
         while self._frames and self._frames[0][0] <= until_ns:
             ready.append(heappop(self._frames))
         until = [*(stamp_ns for stamp_ns, _, _ in ready), until_ns]
@@ -149,7 +148,7 @@ def in_order(
         warnings.warn(line, stacklevel=2)
 
 
-def _one_by_one(samples: Iterable[Frame | ImuBlock]) -> Iterator[SkeletonSample | ImuBlock]:
+def _one_by_one(samples: Iterable[SensorFrame | ImuBlock]) -> Iterator[SkeletonSample | ImuBlock]:
     for each in samples:
         if isinstance(each, ImuBlock):
             yield each

@@ -33,6 +33,10 @@ class SkeletonSample:
         return np.where(is_tracked[:, None], self.positions, np.nan)
 
 
+SensorFrame = Sequence[SkeletonSample]
+"""Everybody in one frame of a camera."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ImuSample:
     """One IMU's orientation, angular velocity and acceleration."""

@@ -22,6 +22,7 @@ from pose_core.api import (
     BodyShape,
     EstimateBlock,
     PeoplePipeline,
+    SensorFrame,
     StampCheck,
     estimator_class,
     extrinsics_from_map,
@@ -38,7 +39,7 @@ from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.parameters import FusionNodeParameters
-from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
+from pose_fusion.sample_reader import COUNTS, MessageTimes, SampleReader
 from pose_io.clock_messages import clock_of
 from pose_io.names import BODIES, imu_topic, skeletons_topic
 from pose_io.preparing import prepare_reading
@@ -196,7 +197,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
 
     def _read_frame(
         self, sensor: str, data: bytes, info: MessageInfo, taken_ns: int
-    ) -> Frame | None:
+    ) -> SensorFrame | None:
         """The people in a camera's message; None if it is not to be used."""
         known = {} if self.get_clock().ros_time_is_active else info  # on the host's clock
         times = MessageTimes(

@@ -7,8 +7,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from pose_msgs.msg import PoseEstimate, Skeleton, SkeletonArray
-from rcl_interfaces.msg import Parameter as ParameterMessage
-from rcl_interfaces.msg import ParameterType, ParameterValue
+from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
