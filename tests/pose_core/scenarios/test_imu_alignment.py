@@ -97,7 +97,9 @@ def exchanged(session):
 
 
 def test_imus_on_exchanged_segments_are_used_as_worn_and_reported(exchanged):
-    assert {n: use.worn_on for n, use in exchanged.items() if use.worn_on} == EXCHANGED
+    assert {
+        n: use.exchanged_with for n, use in exchanged.items() if use.exchanged_with
+    } == EXCHANGED
     assert {name for name, use in exchanged.items() if "exchanged" in str(use)} == set(EXCHANGED)
     assert all(use.is_aligned for use in exchanged.values())
 
@@ -111,10 +113,12 @@ def test_exchanged_imus_that_are_put_back_are_on_their_own_segments_again(sessio
     ]
     samples = merged(skeletons, until_back)
     pipeline, _ = run([s for s in samples if s.stamp_ns < back_ns])
-    assert {n: use.worn_on for n, use in uses_of(pipeline).items() if use.worn_on} == EXCHANGED
+    assert {
+        n: use.exchanged_with for n, use in uses_of(pipeline).items() if use.exchanged_with
+    } == EXCHANGED
     fused(pipeline, [s for s in samples if s.stamp_ns >= back_ns])
     uses = uses_of(pipeline)
-    assert {name: use.worn_on for name, use in uses.items() if use.worn_on} == {}
+    assert {name: use.exchanged_with for name, use in uses.items() if use.exchanged_with} == {}
     assert all(back_ns < uses[name].aligned_ns < back_ns + 4 * S for name in EXCHANGED)
 
 

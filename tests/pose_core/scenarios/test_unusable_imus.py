@@ -58,7 +58,7 @@ def test_an_imu_on_the_table_is_named_and_changes_nothing(session):
     rmse, uses = run(replace(session, imus=laid_down))
     assert uses[LYING].reason.startswith("it has not turned by 8° yet")
     assert uses[LYING].frames_used == 0
-    assert [use.segment for use in uses.values() if use.worn_on] == []
+    assert [use.segment for use in uses.values() if use.exchanged_with] == []
     assert rmse == pytest.approx(run(replace(session, imus=without))[0], rel=0.02)
 
 

@@ -106,8 +106,8 @@ class ImuCalibration:
                 "move for longer before the cameras"
             )
         uses = self.pipeline.imu_uses
-        sound = [use for use in uses if not (use.reason or use.worn_on)]
-        at_fault = [use for use in uses if use.reason or use.worn_on]
+        sound = [use for use in uses if not (use.reason or use.exchanged_with)]
+        at_fault = [use for use in uses if use.reason or use.exchanged_with]
         found = self.pipeline.sensor_to_segment
         return ImuCalibrationResult(
             alignments={use.segment: _as_stated(found[use.segment], use) for use in sound},

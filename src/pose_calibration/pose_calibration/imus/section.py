@@ -48,7 +48,7 @@ def alignments_document(alignments: SensorsToSegments) -> dict[str, Any]:
     """The section's content, without IMUs that are exchanged: their names may be mended next."""
     segments = {}
     for name in SEGMENTS:
-        if name in alignments and not alignments[name].worn_on:
+        if name in alignments and not alignments[name].exchanged_with:
             alignment = alignments[name]
             stddev_deg = np.minimum(np.degrees(alignment.stddev), MAX_STDDEV_DEG)
             segments[name] = {

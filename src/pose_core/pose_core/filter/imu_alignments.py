@@ -76,8 +76,8 @@ class ImuAlignments:
         self._sensor_to_segment = dict(alignments)
         self.z_down = frozenset(name for name, each in alignments.items() if each.z_down)
         for segment, alignment in alignments.items():
-            if alignment.worn_on:
-                self._imus.wear(segment, alignment.worn_on)
+            if alignment.exchanged_with:
+                self._imus.wear(segment, alignment.exchanged_with)
 
     def sensor_to_segment(self, state: FilterState) -> dict[str, SensorToSegment]:
         """The filter's estimate of each aligned IMU's alignment, by segment."""
@@ -197,10 +197,10 @@ class ImuAlignments:
         imus = observation.imus
         # Where the filter has exchanged sides, either the tracker or the IMUs are wrong.
         as_measured = np.where(tracked == observation.positions, tracked, np.nan)
-        worn_on = self._imus.worn_on(imus.segments)
-        as_worn = imus if worn_on == imus.segments else replace(imus, segments=worn_on)
+        carriers = self._imus.carriers(imus.segments)
+        as_worn = imus if carriers == imus.segments else replace(imus, segments=carriers)
         moving = self._imus.moving(imus.segments)
-        as_moving = as_worn if moving == worn_on else replace(imus, segments=moving)
+        as_moving = as_worn if moving == carriers else replace(imus, segments=moving)
         self._exchanges.add(observation.stamp_ns, as_measured, as_moving)
         headings = np.full(len(imus), np.nan)  # of the aligned IMUs
         for row, worn in self._imus.with_link(imus.segments):
@@ -221,8 +221,8 @@ class ImuAlignments:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
         exchanged = self._exchanges.exchanged()
         for worn in self._imus:
-            if worn.worn_on in exchanged:
-                there = exchanged[worn.worn_on]
+            if worn.segment in exchanged:
+                there = exchanged[worn.segment]
                 if worn.use.has_link:
                     self._exclude(worn, state)
                 self._discard_known(worn)
@@ -232,7 +232,7 @@ class ImuAlignments:
         self._find_z_down(state)
         slipped = self._slips.slipped
         for _, worn in self._imus.with_link(segments):
-            if worn.worn_on in slipped:
+            if worn.segment in slipped:
                 self._discard(worn, state)
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
             if not worn.use.is_aligned:
@@ -242,8 +242,8 @@ class ImuAlignments:
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
                 covariance = COVARIANCE_FACTOR * found.covariance
                 state = with_imu(state, worn.link, found.R_sensor_link, found.heading, covariance)
-                if worn.worn_on in LIMB_ENDS:
-                    far = JOINT_INDEX[LIMB_ENDS[worn.worn_on][1]]
+                if worn.segment in LIMB_ENDS:
+                    far = JOINT_INDEX[LIMB_ENDS[worn.segment][1]]
                     state = with_shared_offset(state, far, self._shared_offset_variance)
             column = int(state.imus.column[worn.link])
             filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
@@ -301,8 +301,8 @@ class ImuAlignments:
 
     def _undo_exchange(self, worn: WornImu, state: FilterState) -> None:
         """Take exchanged IMUs to be on their own segments again, if both slip or contradict."""
-        other = self._imus.worn_by_name(worn.worn_on)
-        if other is None or other.worn_on != worn.use.segment or other is worn:
+        other = self._imus.worn_by_name(worn.segment)
+        if other is None or other.segment != worn.use.segment or other is worn:
             return
         if other.use.is_aligned and state.imus.contradicted_s[other.link] < 0.5 * CONTRADICTED_S:
             return
@@ -330,7 +330,7 @@ class ImuAlignments:
         """Exclude an IMU until it is realigned."""
         worn.use.is_aligned = False
         worn.alignment.clear()
-        self._slips.forget(worn.worn_on)
+        self._slips.forget(worn.segment)
         column = int(state.imus.column[worn.link])
         if column != NO_COLUMN:
             own = slice(column, column + IMU_STATES)
@@ -365,7 +365,7 @@ class ImuAlignments:
         return SensorToSegment(
             R_sensor_segment=state.imus.R_sensor_link[worn.link].copy(),
             stddev=np.sqrt(np.maximum(variance, 0.0)),
-            worn_on=worn.use.worn_on,
+            exchanged_with=worn.use.exchanged_with,
             z_down=worn.use.segment in self.z_down,
         )
 

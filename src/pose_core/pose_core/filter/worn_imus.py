@@ -32,9 +32,9 @@ class WornImu:
     R_world_first: FloatArray | None = None  # (3, 3) its orientation when it was first heard
 
     @property
-    def worn_on(self) -> str:
+    def segment(self) -> str:
         """The segment on which it is worn."""
-        return self.use.worn_on or self.use.segment
+        return self.use.exchanged_with or self.use.segment
 
     def note_orientation(self, R_world_sensor: FloatArray) -> None:
         """Find out whether it moves: one that lies on a table fits a segment at rest."""
@@ -81,36 +81,36 @@ class WornImus:
         """The IMU that is named after a segment; None if it has had no samples."""
         return self._imus.get(segment)
 
-    def worn_on(self, segments: Sequence[str]) -> tuple[str, ...]:
+    def carriers(self, segments: Sequence[str]) -> tuple[str, ...]:
         """The segments on which the IMUs of these names are worn."""
         return tuple(self._exchanged.get(name, name) for name in segments)
 
     def moving(self, segments: Sequence[str]) -> tuple[str, ...]:
         """The segments on which the IMUs of these names are worn; empty for one that rests."""
-        worn_on = self.worn_on(segments)
+        carriers = self.carriers(segments)
         still = {imu.use.segment for imu in self._imus.values() if not imu.use.has_moved}
         if not still:
-            return worn_on
-        names = zip(segments, worn_on, strict=True)
+            return carriers
+        names = zip(segments, carriers, strict=True)
         return tuple("" if name in still else there for name, there in names)
 
-    def wear(self, segment: str, worn_on: str) -> None:
+    def wear(self, segment: str, carrier: str) -> None:
         """Take an IMU to be worn on another segment from now on, or on its own again."""
-        self._exchanged[segment] = worn_on
-        if worn_on == segment:
+        self._exchanged[segment] = carrier
+        if carrier == segment:
             del self._exchanged[segment]
         if segment in self._imus:
             imu, there = self._imus[segment], self._make(segment)
             imu.link, imu.alignment = there.link, there.alignment
-            imu.use.worn_on, imu.use.has_link = there.use.worn_on, there.use.has_link
+            imu.use.exchanged_with, imu.use.has_link = there.use.exchanged_with, there.use.has_link
             self._with_link.clear()
 
     def _make(self, segment: str) -> WornImu:
-        worn_on = self._exchanged.get(segment, "")
-        name = self._model.segments.get(worn_on or segment)
+        other = self._exchanged.get(segment, "")
+        name = self._model.segments.get(other or segment)
         return WornImu(
             link=NO_COLUMN if name is None else self._model.link_index[name],
-            use=ImuUse(segment=segment, has_link=name is not None, worn_on=worn_on),
+            use=ImuUse(segment=segment, has_link=name is not None, exchanged_with=other),
             alignment=SegmentAlignment(
                 is_arm=name is not None and name.endswith("arm"),
                 bend=self._spine_bend.get(name or "", 0.0),

@@ -29,7 +29,7 @@ MAX_SIGMAS = 3.5  # [-] by which estimates of the same mounting differ
 @dataclass(kw_only=True)
 class _Estimates:
     first_ns: int
-    worn_on: str = ""  # see SensorToSegment
+    exchanged_with: str = ""  # see SensorToSegment
     z_down: bool = False  # the same
     reference: tuple[int, SensorToSegment] | None = None
     recent: deque[tuple[int, SensorToSegment]] = field(default_factory=deque)
@@ -52,9 +52,12 @@ class AlignmentHistory:
         for segment, alignment in pipeline.sensor_to_segment.items():
             own = self._estimates.get(segment)
             as_now = _Estimates(
-                first_ns=stamp_ns, worn_on=alignment.worn_on, z_down=alignment.z_down
+                first_ns=stamp_ns, exchanged_with=alignment.exchanged_with, z_down=alignment.z_down
             )
-            if own is None or (own.worn_on, own.z_down) != (as_now.worn_on, as_now.z_down):
+            if own is None or (own.exchanged_with, own.z_down) != (
+                as_now.exchanged_with,
+                as_now.z_down,
+            ):
                 own = self._estimates[segment] = as_now
             if own.seen_ns is not None:
                 continue

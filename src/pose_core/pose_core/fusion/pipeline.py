@@ -121,7 +121,7 @@ class Pipeline:
             silence = "" if use.refused else self.imus.silence(name, *span_ns)
             field = _disturbed(disturbed.get(name))
             down = Z_DOWN if name in self.imus.z_down else ""
-            remarks = (_exchanged(use.worn_on), down, rate, shift, field, silence)
+            remarks = (_exchanged(use.exchanged_with), down, rate, shift, field, silence)
             uses[name] = replace(use, remark="; ".join(filter(None, remarks)))
         return tuple(uses[name] for name in sorted(self.imus.segments))
 
@@ -321,12 +321,12 @@ class Pipeline:
         self._runner.predict(stamp_ns, newest_ns, imus)
 
 
-def _exchanged(worn_on: str) -> str:
+def _exchanged(other: str) -> str:
     """Where an exchanged IMU is worn, and what to do; empty for a segment's own."""
-    if not worn_on:
+    if not other:
         return ""
     what = "exchange them on the body, or in the nodes file"
-    return f"it is exchanged with that of {worn_on}, and used there: {what}"
+    return f"it is exchanged with that of {other}, and used there: {what}"
 
 
 def _slow(rate: float) -> str:

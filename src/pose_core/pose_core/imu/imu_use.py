@@ -26,7 +26,7 @@ class ImuUse:
     noise: float = 1.0  # [-] factor of its usual noise, see pose_core.filter.imu_noise
     has_link: bool = True  # whether the body model has a link for the segment
     does_not_fit: bool = False  # whether its motion does not fit its segment
-    worn_on: str = ""  # the segment on which it is worn and used, if not its own
+    exchanged_with: str = ""  # the segment on which it is worn and used, if not its own
     refused: str = ""  # why the estimator cannot use it at all, and what to do
     remark: str = ""  # what is wrong with its samples, what is used instead, and its silences
 

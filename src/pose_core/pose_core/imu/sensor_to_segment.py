@@ -12,7 +12,7 @@ class SensorToSegment:
 
     R_sensor_segment: FloatArray  # (3, 3)
     stddev: FloatArray  # (3,) [rad] about the segment's x, y, z
-    worn_on: str = ""  # the segment it is worn on, if exchanged with the sensor of another one
+    exchanged_with: str = ""  # the segment it is worn on, if not its own
     z_down: bool = False  # whether the z axis of its reference frame points down
     slip: "Slip | None" = None  # when the sensor slipped, of a recording that has been read before
 

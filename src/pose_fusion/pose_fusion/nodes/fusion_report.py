@@ -137,7 +137,7 @@ class FusionReporter:
     @property
     def _exchanged(self) -> Sequence[str]:
         """Segments whose IMU is worn on another one."""
-        return [use.segment for use in self._pipeline.subject.imu_uses if use.worn_on]
+        return [use.segment for use in self._pipeline.subject.imu_uses if use.exchanged_with]
 
     @property
     def _held_joints(self) -> Mapping[str, Sequence[str]]:
