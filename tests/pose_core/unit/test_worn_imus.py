@@ -24,7 +24,7 @@ def test_exchanged_imus_have_each_others_link_and_get_their_own_back():
     imus.wear("left_thigh", "right_thigh")
     imus.wear("right_thigh", "left_thigh")
     assert links_of(imus) == {"left_thigh": own["right_thigh"], "right_thigh": own["left_thigh"]}
-    assert imus.exchanged_with(SEGMENTS) == ("right_thigh", "left_thigh", "tail")
+    assert imus.carriers(SEGMENTS) == ("right_thigh", "left_thigh", "tail")
     imus.wear("left_thigh", "left_thigh")
     assert links_of(imus)["left_thigh"] == own["left_thigh"]
 
