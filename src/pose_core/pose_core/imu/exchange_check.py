@@ -18,6 +18,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.body.joint_angles import wrapped
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
@@ -30,7 +31,11 @@ DIRECTION_STDDEV = 0.12  # [rad] of a limb's direction by a camera
 TRUNK_STDDEV = 0.18  # [rad] of the trunk's, which is not rigid
 LATE_S = 0.1  # [s] in addition for each unit of the fastest sensor's rate
 INDEPENDENT_S = 0.8  # [s] correlation time of these errors
-EXCHANGE_GAIN = 30.0  # [-] g; 21 was the largest of sessions without exchanged sensors
+MAX_VOTE = 10.0  # [-] of one sensor, for the heading that all share
+NORTH_STDDEV = 0.35  # [rad] of sensors' headings in magnetic fields as indoors
+DISTURBED_SHARE = 0.01  # [-] of sensors whose heading may be any
+EXCHANGE_GAIN = 30.0  # [-] g; 25 was the largest of sessions without exchanged sensors
+SIDES_GAIN = 10.0  # [-] g of the left and the right one, which are exchanged most; likewise 4
 _TURNS = np.radians(np.arange(0.0, 360.0, 6.0))
 HEADINGS = np.stack([np.ones_like(_TURNS), np.cos(_TURNS), np.sin(_TURNS)], axis=1)
 
@@ -66,6 +71,8 @@ class ExchangeCheck:
         rate = float(np.max(rates, initial=0.0, where=np.isfinite(rates)))
         weight = dt_s / (self._variance + (LATE_S * rate) ** 2)
         rows = [self._row[name] for name in worn]
+        stddev = imus.stddev[[imus.segments.index(name) for name in worn], 2]
+        self._knows_north[rows] = stddev < 1.0
         R_world_sensor = imus.R_world_sensor[[imus.segments.index(name) for name in worn]]
         turned = np.swapaxes(R_world_sensor, 1, 2)[:, None] @ HEADING_PARTS
         for joints in positions[np.isfinite(positions[:, :, 0]).any(axis=1)]:
@@ -88,25 +95,55 @@ class ExchangeCheck:
         count = len(segments)
         self._sums = np.zeros((count, 3, 3, count))  # sensor, part of R_z, axis, segment
         self._weight = np.zeros((count, count))  # sensor, segment
+        self._knows_north = np.zeros(count, np.bool_)
 
     def exchanged(self) -> Mapping[str, str]:
         """Segments whose sensors are exchanged, each with the other one."""
         segments = tuple(self._row)
         if len(segments) < 2:
             return {}
-        fitted = np.einsum("hp,ipaj->hiaj", HEADINGS, self._sums)
-        best = np.linalg.norm(fitted, axis=2).max(axis=0)
-        # Sensors without samples at some instants: all four misfits are taken for the same weight.
-        misfit = 2.0 * (1.0 - best / np.maximum(self._weight, 1e-9)) / INDEPENDENT_S
-        own, own_weight = np.diag(misfit), np.diag(self._weight)
-        weight = np.minimum(np.minimum.outer(own_weight, own_weight), self._weight)
-        gain = np.minimum(weight, weight.T) * (own[:, None] + own - misfit - misfit.T)
+        gain = self._gains()
         found: dict[str, str] = {}
         for flat in np.argsort(gain, axis=None)[::-1].tolist():
-            i, j = divmod(flat, len(own))
-            if gain[i, j] <= EXCHANGE_GAIN:
+            i, j = divmod(flat, len(gain))
+            if gain[i, j] <= SIDES_GAIN:
                 break
             one, other = segments[i], segments[j]
+            is_sides = one.partition("_")[2] == other.partition("_")[2]
+            if gain[i, j] <= (SIDES_GAIN if is_sides else EXCHANGE_GAIN):
+                continue
             if one not in found and other not in found:
                 found.update({one: other, other: one})
         return found
+
+    def _gains(self) -> FloatArray:
+        """Reduction of the misfit if two sensors are exchanged, (n, n) [-], symmetric."""
+        fitted = np.einsum("hp,ipaj->hiaj", HEADINGS, self._sums)
+        fit = np.linalg.norm(fitted, axis=2)
+        # Sensors without samples at some instants: all four misfits are taken for the same weight.
+        own_weight = np.diag(self._weight)
+        weight = np.minimum(np.minimum.outer(own_weight, own_weight), self._weight)
+        weight = np.minimum(weight, weight.T)
+        misfit = 2.0 * (1.0 - fit / np.maximum(self._weight, 1e-9)) / INDEPENDENT_S
+        own = np.einsum("hii->hi", misfit)
+        prior = -2.0 * self._log_heading_prior(own * own_weight)
+        on_own = (weight * own[:, :, None] + prior).min(axis=0)
+        on_other = (weight * misfit + prior).min(axis=0)
+        return np.asarray(on_own + on_own.T - on_other - on_other.T)
+
+    def _log_heading_prior(self, misfit: FloatArray) -> FloatArray:
+        """Log-prior of each sensor's heading by those of all others but one, (headings, n, n).
+
+        Sensors that know north have nearly the same heading; the others' is as likely as their own
+        segments allow. Without it, a leg that swings forwards is one that swings backwards in a
+        world that is turned over.
+
+        Args:
+            misfit: Of each sensor on its own segment, (headings, n).
+        """
+        votes = np.where(self._knows_north, np.maximum(misfit.min(axis=0) - misfit, -MAX_VOTE), 0.0)
+        log_p = 0.5 * (votes.sum(axis=1)[:, None, None] - votes[:, :, None] - votes[:, None])
+        p = np.exp(log_p - log_p.max(axis=0))
+        near = np.exp(-0.5 * (wrapped(_TURNS[:, None] - _TURNS) / NORTH_STDDEV) ** 2)
+        prior = np.log(np.tensordot(near, p / p.sum(axis=0), axes=1) + DISTURBED_SHARE)
+        return np.where(self._knows_north[:, None], prior, 0.0)
