@@ -33,10 +33,13 @@ LEGS: tuple[tuple[int, ...], ...] = tuple(
 )
 """Indices of hip, knee and foot of the left and of the right leg."""
 
-OTHER_SIDE: list[int] = [
-    JOINT_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")]
-    for name in JOINTS
-]
+
+def other_side(name: str) -> str:
+    """The joint or segment of the other side; the same in the middle."""
+    return name.replace("left", "#").replace("right", "left").replace("#", "right")
+
+
+OTHER_SIDE: list[int] = [JOINT_INDEX[other_side(name)] for name in JOINTS]
 """Index of the joint of the other side, for each joint; of a middle joint, its own."""
 
 SEGMENTS: tuple[str, ...] = (

@@ -14,6 +14,7 @@ from pose_calibration.inertial.imu_clock import clearly_apart, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.live.clock_tracking import EVERY_NS, ClockTracker
 from pose_calibration.session_calibration import calibrate
+from pose_core.joints import other_side
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import IMUS, ONE_IMU
 from pose_core.streams.samples import ImuBlock, ImuSample, block_of, joined
@@ -135,6 +136,30 @@ def test_imus_on_the_same_computer_are_left_alone():
     found = findings(0.0, overrides=())
     assert np.isfinite(found.offset_stddev_s)
     assert not found.clocks
+
+
+@pytest.mark.parametrize("offset_s", [0.0, 0.45])
+@pytest.mark.parametrize("segment", ["left_thigh", "left_shank"])
+def test_exchanged_legs_that_step_evenly_do_not_shift_the_clock(segment, offset_s):
+    """Half a step later, they would fit as well on their own sides."""
+    one = session("leg_lift_march", 3, 0.0, "steady", imus=True)
+    other = other_side(segment)
+    legs = ("left_thigh", "right_thigh", "left_shank", "right_shank")
+    worn = [block_of(sample) for sample in one.imus if sample.segment in legs]
+    block = joined(worn)
+    exchanged = {segment: other, other: segment}
+    memory = ImuMemory()
+    memory.add(
+        replace(
+            block,
+            segments=tuple(exchanged.get(name, name) for name in block.segments),
+            stamps_ns=block.stamps_ns + round(offset_s * NS_PER_S),
+        )
+    )
+    skeletons = {name: of(one.skeletons, name) for name in ("left", "right")}
+    found = imu_findings(one.extrinsics, skeletons, memory, 0.5)
+    assert set(found.clocks) == ({IMUS} if offset_s else set())
+    assert found.offset_s == pytest.approx(offset_s, abs=0.06)
 
 
 @pytest.mark.parametrize("ahead_s", [-0.3, -0.18, 0.15, 0.3])

@@ -12,11 +12,13 @@ SEGMENTS = ("left_thigh", "left_shank", "right_thigh")
 SECONDS = 30.0
 
 
-def legs(t):
+def legs(t, is_planar):
     """Rotation of each segment in map: two legs that step in turn and bend their knees."""
     swing, bend = 0.4 * np.sin(2.0 * t), 0.5 * (1.0 + np.sin(2.0 * t + 1.0))
     angles = (swing, swing - bend, -swing)
-    sideways = 0.3 * np.sin(1.3 * t)  # in one plane, half a turn would exchange left and right
+    if is_planar:  # so that half a turn exchanges left and right
+        return [Rotation.from_euler("y", -angle) for angle in angles]
+    sideways = 0.3 * np.sin(1.3 * t)
     turn = Rotation.from_euler("z", 0.2 * t)
     return [turn * Rotation.from_euler("xy", [sideways, -angle]) for angle in angles]
 
@@ -33,17 +35,18 @@ def joints_of(rotations):
     return joints
 
 
-def found(worn, seconds=SECONDS, slips_at=None, lost=0.0):
+def found(worn, seconds=SECONDS, slips_at=None, lost=0.0, is_planar=False, north=0.02):
     """What is found if the IMU called SEGMENTS[k] is worn on worn[k].
 
-    ``lost`` is the share of instants without a sample, of each IMU.
+    ``lost`` is the share of instants without a sample, of each IMU; ``north`` the standard
+    deviation of its heading [rad].
     """
     rng = np.random.default_rng(1)
     mountings, check = Rotation.random(3, random_state=2), ExchangeCheck()
     heading = Rotation.from_euler("z", 1.0)
     for k in range(int(seconds / (PERIOD_NS * 1e-9))):
         stamp_ns = 10**18 + k * PERIOD_NS
-        rotations = legs(k * PERIOD_NS * 1e-9)
+        rotations = legs(k * PERIOD_NS * 1e-9, is_planar)
         R = [
             (heading * rotations[SEGMENTS.index(name)] * mounting).as_matrix()
             for name, mounting in zip(worn, mountings, strict=True)
@@ -53,7 +56,7 @@ def found(worn, seconds=SECONDS, slips_at=None, lost=0.0):
             segments=tuple(SEGMENTS[row] for row in here),
             R_world_sensor=np.array(R)[here],
             angular_velocity=np.full((3, 3), 0.5)[here],
-            stddev=np.full((3, 3), 0.02)[here],
+            stddev=np.tile([0.02, 0.02, north], (3, 1))[here],
             age_s=np.zeros(3)[here],
             slips={"left_thigh": 1} if slips_at is not None and k >= slips_at else {},
         )
@@ -71,6 +74,14 @@ def test_exchanged_imus_are_named_with_each_other(i, j):
     worn = list(SEGMENTS)
     worn[i], worn[j] = worn[j], worn[i]
     assert found(worn) == {SEGMENTS[i]: SEGMENTS[j], SEGMENTS[j]: SEGMENTS[i]}
+
+
+def test_who_walks_straight_has_exchanged_legs_if_their_headings_disagree_with_the_others():
+    worn = ("right_thigh", "left_shank", "left_thigh")
+    straight = {"left_thigh": "right_thigh", "right_thigh": "left_thigh"}
+    assert found(worn, is_planar=True) == straight
+    assert found(SEGMENTS, is_planar=True) == {}
+    assert found(worn, is_planar=True, north=2.0) == {}  # nothing tells
 
 
 @pytest.mark.parametrize("lost", [0.05, 0.3])

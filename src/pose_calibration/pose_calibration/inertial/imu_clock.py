@@ -21,6 +21,7 @@ from pose_calibration.inertial.imu_motion import (
     TRACKER_LAG_STDDEV_S,
     ImuMemory,
     View,
+    exchanged_sides,
     measure_each_delay,
     measure_imu_delay,
 )
@@ -78,6 +79,8 @@ def imu_findings(
     views = views_on_reference_clock(extrinsics, extrinsics.clocks, skeletons, begin_ns)
     verticals = memory.verticals(begin_ns)
     searched = _cut(views, _middle(views), SEARCHED_S)
+    exchanged = exchanged_sides(searched, verticals, max_offset_s + TRACKER_DELAY_S)
+    verticals = {exchanged.get(name, name): track for name, track in verticals.items()}
     delay = measure_imu_delay(searched, verticals, max_offset_s + TRACKER_DELAY_S)
     offset_s = delay.estimate_s + TRACKER_DELAY_S
     if not np.isfinite(delay.stddev_s) or abs(offset_s) > max_offset_s:
@@ -85,7 +88,7 @@ def imu_findings(
     apart = clearly_apart(imus_ahead(searched, verticals, delay.estimate_s))
     verticals = in_time(verticals, apart)
     clocks = {
-        ONE_IMU + segment: Clock(
+        ONE_IMU + exchanged.get(segment, segment): Clock(
             offset_ns=round(own.estimate_s * NS_PER_S), at_ns=begin_ns, stddev_s=own.stddev_s
         )
         for segment, own in apart.items()

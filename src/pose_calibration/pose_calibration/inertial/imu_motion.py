@@ -22,7 +22,7 @@ from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck
 from pose_core.imu.burst_stamps import BurstStamps
-from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
+from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, other_side
 from pose_core.stamps import JUMP_BACK_NS
 
 GRID_RATE = 50.0  # [Hz]
@@ -44,6 +44,7 @@ EACH_DECISIVE = 30.0  # [-] as DECISIVE, for a single IMU, or fewer limbs
 MAX_STDDEV_S = 0.03  # [s] of a single IMU's delay, above which its motion does not determine it
 MIN_LATE = 0.7  # [-] quantile: share of the limbs' weight that is later than the result
 QUANTILE_LOSS = 1.32  # [-] standard error of that quantile over that of a mean
+EXCHANGED_COST = 20.0  # [-] for each pair of exchanged IMUs, in twice the log-likelihood
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -143,6 +144,43 @@ def measure_imu_delay(
     if len(found) < MIN_LIMBS and not few_suffice:
         return UNKNOWN_DELAY
     return _combined(np.array(found))
+
+
+def exchanged_sides(
+    views: Sequence[View], verticals: Mapping[str, Track], reach_s: float
+) -> dict[str, str]:
+    """Segments whose IMU is worn on the other side, each with that one.
+
+    In steady walking, an exchanged pair of IMUs fits half a step later as well as on the other side
+    now. So both are compared at the shift that is best for all limbs together.
+
+    Args:
+        views: Joints measured by each camera.
+        verticals: The vertical in each IMU, by segment.
+        reach_s: Half width of the search for the shift [s].
+    """
+    total, pairs = np.zeros(1), {}
+    for segment, vertical in verticals.items():
+        own, _ = _limbs(views, {segment: vertical}, reach_s, 0.0)
+        other = other_side(segment)
+        if other not in verticals:
+            total = total + _cost(own)
+        elif segment < other:
+            opposite, _ = _limbs(views, {other: verticals[other]}, reach_s, 0.0)
+            crossed = [
+                _limbs(views, {one: verticals[two]}, reach_s, 0.0)[0]
+                for one, two in ((segment, other), (other, segment))
+            ]
+            if len(own) == len(crossed[0]) and len(opposite) == len(crossed[1]):
+                costs = _cost([*own, *opposite]), _cost([*crossed[0], *crossed[1]])
+                pairs[segment, other] = costs[0] - costs[1] - EXCHANGED_COST
+                total = total + np.minimum(costs[0], costs[1] + EXCHANGED_COST)
+    best = int(np.argmin(total))
+    found: dict[str, str] = {}
+    for (one, two), gain in pairs.items():
+        if gain.ndim and gain[best] > 0.0:
+            found |= {one: two, two: one}
+    return found
 
 
 def measure_each_delay(

@@ -29,6 +29,7 @@ from pose_calibration.inertial.imu_clock import (
 from pose_calibration.inertial.imu_motion import (
     TRACKER_LAG_STDDEV_S,
     ImuMemory,
+    exchanged_sides,
     measure_imu_delay,
 )
 from pose_core.api import IMUS, ONE_IMU, Clock, Clocks, Extrinsics, SkeletonSample
@@ -161,10 +162,11 @@ class ClockTracker:
         views = [view for view in views if len(view.track.stamps) > 1]
         if not views:
             return
-        verticals = imus.verticals(begin_ns)
+        verticals, reach_s = imus.verticals(begin_ns), self._max_offset_s + TRACKER_DELAY_S
+        exchanged = exchanged_sides(views, verticals, reach_s)
+        verticals = {exchanged.get(name, name): track for name, track in verticals.items()}
 
         def far() -> float | None:
-            reach_s = self._max_offset_s + TRACKER_DELAY_S
             delay = measure_imu_delay(views, verticals, reach_s)
             return delay.estimate_s if np.isfinite(delay.stddev_s) else None
 
@@ -185,7 +187,7 @@ class ClockTracker:
         ahead = imus_ahead(views, verticals, offset.offset_s - TRACKER_DELAY_S)
         apart = clearly_apart(ahead)
         for segment, one in ahead.items():
-            source = ONE_IMU + segment
+            source = ONE_IMU + exchanged.get(segment, segment)
             nearest_s = min(NEAR_S, abs(one.estimate_s))  # nearer to the known one than to zero
             is_known = source in self.clocks
             if not is_known or abs(one.estimate_s - self._known_s(source)) >= nearest_s:

@@ -21,7 +21,7 @@ from pose_core.arrays import FloatArray
 from pose_core.body.joint_angles import wrapped
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS
-from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
+from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, other_side
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = 160_000_000  # [ns] between two instants: errors of the cameras are correlated
@@ -109,8 +109,7 @@ class ExchangeCheck:
             if gain[i, j] <= SIDES_GAIN:
                 break
             one, other = segments[i], segments[j]
-            is_sides = one.partition("_")[2] == other.partition("_")[2]
-            if gain[i, j] <= (SIDES_GAIN if is_sides else EXCHANGE_GAIN):
+            if gain[i, j] <= (SIDES_GAIN if other == other_side(one) else EXCHANGE_GAIN):
                 continue
             if one not in found and other not in found:
                 found.update({one: other, other: one})
