@@ -60,7 +60,7 @@ def test_the_residuals_contain_the_agreement_before_and_after():
 def test_trackers_of_the_same_scale_do_not_differ_in_scale():
     pair = solve(frames(noise=0.02)).residuals["right"]
     assert not pair.scale_differs
-    assert pair.position_stddev < 0.02
+    assert pair.position_noise < 0.02
 
 
 @pytest.mark.parametrize("sensor", ["left", "right"])

@@ -18,6 +18,7 @@ from pose_core.transforms import inverse
 TRACKER_OFFSET_M = 0.015  # [m] of joints, which looks like a scale where people hardly move
 ROUGH_M = 0.08  # [m] median distance of two views of trackers that guess distances: 0.09 to 0.19
 LASTING_SHARE = 0.4  # [-] of that distance that turns the view, in 13 sessions of MediaPipe
+LASTING_POSITION_M = 0.02  # [m] by trackers' errors that more motion does not reduce
 LITTLE_MOTION = 0.0262  # [rad] 1.5°: rotation noise from which more motion is asked for
 SAME_SCALE = 0.02  # [-] relative difference; of trackers with the right scale at most 0.011
 
@@ -67,7 +68,8 @@ class PairResiduals:
         # One of two views with another scale is displaced along its line of sight.
         displaced = abs(self.scale - 1.0) * self.distance if self.scale_differs else 0.0
         turned = self._lasting_rotation * self.distance
-        return float(np.linalg.norm([self.position_noise, displaced, turned]))
+        noise = [self.position_noise, displaced, turned, LASTING_POSITION_M]
+        return float(np.linalg.norm(noise))
 
     @property
     def _lasting_rotation(self) -> float:
