@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pose_core.filter.crossed_limbs_check import CROSSED_S, CrossedLimbsCheck
+from pose_core.filter.crossed_limbs_check import CROSSED_ALONE_S, CROSSED_S, CrossedLimbsCheck
 from pose_core.filter.frame import CameraFrame
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 
@@ -30,10 +30,14 @@ def test_the_same_limbs_of_all_frames_of_two_cameras():
     assert frames_until_noticed((0, 1), (1,)) == pytest.approx(CROSSED_S / FRAME_S, abs=1)
 
 
+def test_a_camera_that_is_alone_is_believed_later_because_its_tracker_may_be_wrong():
+    found = frames_until_noticed((0,), (1,), most=200)
+    assert found == pytest.approx(CROSSED_ALONE_S / FRAME_S, abs=1)
+
+
 @pytest.mark.parametrize(
     ("sensors", "swaps"),
     [
-        ((0,), (1,)),  # one camera: its tracker may be wrong
         ((0, 1), (1, 0)),  # the other camera agrees with the state
         ((0, 1), (2,)),  # both see the person's back
     ],

@@ -11,11 +11,12 @@ person's back.
 from pose_core.filter.frame import CameraFrame
 from pose_core.joints import JOINT_PAIRS
 
-CROSSED_S = 1.0  # [s]
+CROSSED_S = 1.0  # [s] of two cameras or more
+CROSSED_ALONE_S = 2.0  # [s] of a camera that is alone: it may be wrong for a while
 
 
 class CrossedLimbsCheck:
-    """Sums the time for which frames, of two cameras or more, had arms or legs exchanged."""
+    """Sums the time for which the frames of all cameras had arms or legs exchanged."""
 
     def __init__(self) -> None:
         self._crossed_s = 0.0
@@ -43,4 +44,4 @@ class CrossedLimbsCheck:
             return False
         self._crossed_s += passed_s
         self._sensors.add(frame.sensor)
-        return len(self._sensors) > 1 and self._crossed_s > CROSSED_S
+        return self._crossed_s > (CROSSED_S if len(self._sensors) > 1 else CROSSED_ALONE_S)
