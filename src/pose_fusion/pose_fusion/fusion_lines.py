@@ -96,7 +96,8 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
                 line += f" after the correction of its clock, {by_stamps}"
             yield line
         else:
-            yield f"tracker of {sensor}: delay not known, too little motion with IMUs at the end"
+            why = "too little motion at the end, or the IMUs' clocks differ"
+            yield f"tracker of {sensor}: delay not known: {why}"
     if late_s := pipeline.subject.imus_late_s:
         yield f"IMUs: at the end, {1e3 * late_s:.0f} ms later than the frames: see their clocks"
 

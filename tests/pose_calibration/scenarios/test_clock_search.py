@@ -172,6 +172,13 @@ def test_an_imu_whose_clock_differs_from_the_others_is_found(segment, ahead_s):
     assert own.stddev_s < 0.03
 
 
+def test_a_single_imus_clock_does_not_spoil_the_common_one():
+    sound = findings(0.0, overrides=())
+    found = findings(0.0, overrides=(), single={"left_thigh": 0.15})
+    assert set(found.clocks) == {ONE_IMU + "left_thigh"}
+    assert found.offset_s == pytest.approx(sound.offset_s, abs=2.0 * sound.offset_stddev_s)
+
+
 def test_where_half_of_the_imus_differ_no_clock_is_accused():
     ahead = {name: Delay(estimate_s=0.1, stddev_s=0.02) for name in ("left_thigh", "left_shank")}
     ahead |= {name: Delay(estimate_s=-0.1, stddev_s=0.02) for name in ("torso", "right_thigh")}

@@ -86,7 +86,11 @@ def imu_findings(
     if not np.isfinite(delay.stddev_s) or abs(offset_s) > max_offset_s:
         return ImuFindings(offset_s=0.0, offset_stddev_s=np.inf, clocks={}, gravity=None)
     apart = clearly_apart(imus_ahead(searched, verticals, delay.estimate_s))
-    verticals = in_time(verticals, apart)
+    if apart:  # they have spoilt the common offset
+        verticals = in_time(verticals, apart)
+        again = measure_imu_delay(searched, verticals, NEAR_S, delay.estimate_s)
+        delay = again if np.isfinite(again.stddev_s) else delay
+        offset_s = delay.estimate_s + TRACKER_DELAY_S
     clocks = {
         ONE_IMU + exchanged.get(segment, segment): Clock(
             offset_ns=round(own.estimate_s * NS_PER_S), at_ns=begin_ns, stddev_s=own.stddev_s
