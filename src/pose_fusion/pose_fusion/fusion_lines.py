@@ -45,7 +45,13 @@ def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
         yield f"{body_id}: {count} estimates"
     others = counts["skeletons_of_others"]
     rule = pipeline.parameters.person
-    if others:
+    if others and pipeline.most_at_once == 1:
+        yield (
+            f"people: no camera saw two at once, but {others} skeletons were elsewhere, and were not "
+            "used: of others who came in turn, or of one person whom a camera shows elsewhere "
+            "(see its extrinsics, and whether it was moved)"
+        )
+    elif others:
         yield (
             f"people: {appeared}; followed: {rule}; not used: {others} skeletons of others "
             f"(--max-people {min(appeared, 6)}, or --person nearest, imus, a sensor's id)"

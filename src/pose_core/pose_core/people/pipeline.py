@@ -47,6 +47,7 @@ class PeoplePipeline:
         subject_frames: Number of frames of the subject, by sensor.
         repeated_frames: Number of frames of a recording left out since their sensor repeats one
             frame, by sensor; live, they are not added.
+        most_at_once: Largest number of people in one camera's frame.
         imu_samples: Number of IMU samples added.
         estimates: Number of estimates published, by id.
     """
@@ -64,6 +65,7 @@ class PeoplePipeline:
         self.clocks: Clocks = {}
         self.frames = 0
         self.skeletons = 0
+        self.most_at_once = 0
         self.subject_frames: dict[str, int] = {}
         self.repeated_frames: Counter[str] = Counter()
         self.imu_samples = 0
@@ -224,6 +226,7 @@ class PeoplePipeline:
             self.subject.add(frame[0])  # is counted there
             return
         assigned = self._people.add(frame)
+        self.most_at_once = max(self.most_at_once, len(frame))
         if frame:
             self.choice.update(self._people)
             if self.choice.number is not None:
