@@ -47,8 +47,8 @@ def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
     rule = pipeline.parameters.person
     if others and pipeline.most_at_once == 1:
         yield (
-            f"people: no camera saw two at once, but {others} skeletons were elsewhere, and were not "
-            "used: of others who came in turn, or of one person whom a camera shows elsewhere "
+            f"people: no camera saw two at once, but {others} skeletons were elsewhere, and were "
+            "not used: of others who came in turn, or of one person whom a camera shows elsewhere "
             "(see its extrinsics, and whether it was moved)"
         )
     elif others:
