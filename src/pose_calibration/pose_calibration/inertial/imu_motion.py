@@ -159,26 +159,26 @@ def exchanged_sides(
         verticals: The vertical in each IMU, by segment.
         reach_s: Half width of the search for the shift [s].
     """
-    total, pairs = np.zeros(1), {}
-    for segment, vertical in verticals.items():
-        own, _ = _limbs(views, {segment: vertical}, reach_s, 0.0)
+
+    def limbs(segment: str, named: str) -> list[_LimbMisfit]:
+        return _limbs(views, {segment: verticals[named]}, reach_s, 0.0)[0]
+
+    total, gains = np.zeros(1), {}
+    for segment in verticals:
         other = other_side(segment)
-        if other not in verticals:
-            total = total + _cost(own)
+        if other == segment or other not in verticals:
+            total = total + _cost(limbs(segment, segment))
         elif segment < other:
-            opposite, _ = _limbs(views, {other: verticals[other]}, reach_s, 0.0)
-            crossed = [
-                _limbs(views, {one: verticals[two]}, reach_s, 0.0)[0]
-                for one, two in ((segment, other), (other, segment))
-            ]
-            if len(own) == len(crossed[0]) and len(opposite) == len(crossed[1]):
-                costs = _cost([*own, *opposite]), _cost([*crossed[0], *crossed[1]])
-                pairs[segment, other] = costs[0] - costs[1] - EXCHANGED_COST
-                total = total + np.minimum(costs[0], costs[1] + EXCHANGED_COST)
+            on_own = [*limbs(segment, segment), *limbs(other, other)]
+            on_other = [*limbs(segment, other), *limbs(other, segment)]
+            if len(on_own) == len(on_other) > 0:
+                gain = _cost(on_own) - _cost(on_other) - EXCHANGED_COST
+                gains[segment, other] = gain
+                total = total + _cost(on_own) - np.maximum(gain, 0.0)
     best = int(np.argmin(total))
     found: dict[str, str] = {}
-    for (one, two), gain in pairs.items():
-        if gain.ndim and gain[best] > 0.0:
+    for (one, two), gain in gains.items():
+        if gain[best] > 0.0:
             found |= {one: two, two: one}
     return found
 

@@ -18,7 +18,7 @@ from pose_core.imu.exchange_check import ExchangeCheck
 from pose_core.imu.heading_walk import SOUND
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
-from pose_core.imu.sensor_alignment import Alignment
+from pose_core.imu.sensor_alignment import MIN_UNKNOWN_HEADING_STDDEV, Alignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.slip_check import SlipCheck
 from pose_core.imu.z_down_vote import imus_to_turn_over
@@ -29,7 +29,6 @@ SOLVE_PERIOD_NS = NS_PER_S // 2
 CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU is realigned
 MISLED_STDDEV = 1.0  # [rad] of the link that such an IMU has turned
 MAX_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
-MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 RESTARTED_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
 RESTRAPPED_NS = 2 * NS_PER_S  # [ns] over a longer one, it may have been strapped on anew
 STRAP_WALK = np.radians(3.0)  # [rad/s] of the mounting in such a gap

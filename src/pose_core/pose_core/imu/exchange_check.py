@@ -9,8 +9,9 @@ segment j is
 
 The sum is linear in :math:`(1, \cos\psi, \sin\psi)`, so that three vectors accumulate it. Sensors i
 and j are exchanged if that explains both segments clearly better,
-:math:`\chi^2_{ii} + \chi^2_{jj} - \chi^2_{ij} - \chi^2_{ji} > g`. The filter's own rotations are
-not used: an IMU that takes part has turned them already.
+:math:`\chi^2_{ii} + \chi^2_{jj} - \chi^2_{ij} - \chi^2_{ji} > g`. Headings of sensors that
+know north are expected near those of the others, which adds the log-prior to :math:`\chi^2`. The
+filter's own rotations are not used: an IMU that takes part has turned them already.
 """
 
 from collections.abc import Mapping
@@ -20,7 +21,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.body.joint_angles import wrapped
 from pose_core.imu.imu_history import ImuMeasurements
-from pose_core.imu.sensor_alignment import HEADING_PARTS
+from pose_core.imu.sensor_alignment import HEADING_PARTS, MIN_UNKNOWN_HEADING_STDDEV
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, other_side
 from pose_core.stamps import NS_PER_S
 
@@ -72,7 +73,7 @@ class ExchangeCheck:
         weight = dt_s / (self._variance + (LATE_S * rate) ** 2)
         rows = [self._row[name] for name in worn]
         stddev = imus.stddev[[imus.segments.index(name) for name in worn], 2]
-        self._knows_north[rows] = stddev < 1.0
+        self._knows_north[rows] = stddev < MIN_UNKNOWN_HEADING_STDDEV
         R_world_sensor = imus.R_world_sensor[[imus.segments.index(name) for name in worn]]
         turned = np.swapaxes(R_world_sensor, 1, 2)[:, None] @ HEADING_PARTS
         for joints in positions[np.isfinite(positions[:, :, 0]).any(axis=1)]:

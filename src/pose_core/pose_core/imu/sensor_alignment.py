@@ -42,6 +42,7 @@ TURNED_OVER = np.diag([1.0, -1.0, -1.0])  # F
 ALL_PARTS = np.concatenate([HEADING_PARTS, TURNED_OVER @ HEADING_PARTS[1:]])
 """The same, and F parts[1], F parts[2]; F parts[0] is -parts[0]."""
 PRIOR_STDDEV = 1.0  # [rad] prior of mounting and heading about the best solution
+MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 NORTH_STDDEV = 0.3  # [rad] of an IMU's heading about that of the other IMUs that know north
 DISTURBED_SHARE = 0.05  # [-] share of such IMUs in a more disturbed field
 
