@@ -9,6 +9,13 @@ from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.estimates.observation import Observation
 from pose_core.filter.imu import NO_IMUS, ImuFrame
+from pose_core.filter.imu_state import (
+    CONTRADICTED_S,
+    after_gap,
+    alignment_of,
+    is_contradicted,
+    north_of,
+)
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu, with_shared_offset
 from pose_core.filter.tuning import FilterTuning
@@ -26,20 +33,15 @@ from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
 
 SOLVE_PERIOD_NS = NS_PER_S // 2
-CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU is realigned
 MISLED_STDDEV = 1.0  # [rad] of the link that such an IMU has turned
 MAX_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 RESTARTED_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
 RESTRAPPED_NS = 2 * NS_PER_S  # [ns] over a longer one, it may have been strapped on anew
-STRAP_WALK = np.radians(3.0)  # [rad/s] of the mounting in such a gap
-MAX_STRAP_WALK = np.radians(12.0)  # [rad]
-MIN_OTHERS = 2  # [-] aligned IMUs required to agree on north
 COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
 SYSTEMATIC_STDDEV = np.radians([2.3, 2.3, 3.5, 3.0])
 """[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
 noise; as measured on captured motion (docs/accuracy/imus.md)."""
 WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return
-MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean
 
 
 class ImuAlignments:
@@ -129,7 +131,7 @@ class ImuAlignments:
                 state.P[heading, heading] += walk**2 * max(gap_ns, 0) / NS_PER_S
             if gap_ns > RESTRAPPED_NS or (gap_ns > RESTARTED_NS and not worn.knows_north):
                 if worn.use.is_aligned:
-                    worn.former_alignment = _after_gap(self._alignment_of(worn, state), gap_ns)
+                    worn.former_alignment = after_gap(self._alignment_of(worn, state), gap_ns)
                     worn.may_be_restrapped = gap_ns > RESTRAPPED_NS
                 self._exclude(worn, state)
 
@@ -170,7 +172,7 @@ class ImuAlignments:
         dt_s = min((stamp_ns - before_ns) / NS_PER_S, MAX_STEP_S)
         for row, worn in self._imus.with_link(imus.segments):
             if worn.use.is_aligned:
-                if self._is_contradicted(worn, state):
+                if is_contradicted(worn, self._imus, self._model.parents, state):
                     self._exclude_contradicted(worn, state)
             elif stamp_ns < worn.slipping_until_ns:
                 self._exchanges = ExchangeCheck()  # its sums are of two mountings
@@ -273,7 +275,7 @@ class ImuAlignments:
         known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
         if known is None and not worn.use.has_moved:
             return None
-        north = self._north(worn, state)
+        north = north_of(worn, self._imus, state)
         is_doubtful = worn.former_alignment is not None and worn.may_be_restrapped
         found = worn.alignment.solve(known, north, is_doubtful=is_doubtful)
         worn.use.does_not_fit = worn.alignment.does_not_fit
@@ -336,40 +338,6 @@ class ImuAlignments:
             state.P[own, :] = 0.0
             state.P[:, own] = 0.0
 
-    def _north(self, worn: WornImu, state: FilterState) -> float | None:
-        """Heading [rad] of the world common to this IMU and aligned ones; None if unknown."""
-        others = [
-            state.imus.heading[each.link]
-            for each in self._imus
-            if each.use.is_aligned and each.knows_north
-        ]
-        if not worn.knows_north or len(others) < MIN_OTHERS:
-            return None
-        mean = np.angle(np.exp(1j * np.array(others)).sum())
-        apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
-        return float(mean) if np.median(apart) < MAX_MEDIAN_DEVIATION else None
-
-    def _is_contradicted(self, worn: WornImu, state: FilterState) -> bool:
-        """Whether the cameras contradict an IMU, and not an aligned one on the parent link."""
-        if state.imus.contradicted_s[worn.link] < CONTRADICTED_S:
-            return False
-        above = self._model.parents[worn.link]
-        has_imu = any(e.link == above and e.use.is_aligned for e in self._imus)
-        return not (has_imu and state.imus.contradicted_s[above] > 0.5 * CONTRADICTED_S)
-
     def _alignment_of(self, worn: WornImu, state: FilterState) -> SensorToSegment:
-        """The filter's estimate of an aligned IMU's alignment."""
-        column = int(state.imus.column[worn.link])
-        variance = np.diag(state.P)[column : column + 3]
-        return SensorToSegment(
-            R_sensor_segment=state.imus.R_sensor_link[worn.link].copy(),
-            stddev=np.sqrt(np.maximum(variance, 0.0)),
-            exchanged_with=worn.use.exchanged_with,
-            z_down=worn.use.segment in self.z_down,
-        )
-
-
-def _after_gap(alignment: SensorToSegment, gap_ns: int) -> SensorToSegment:
-    """An alignment after a gap, in which the sensor may have been moved."""
-    moved = min(STRAP_WALK * gap_ns / NS_PER_S, MAX_STRAP_WALK)
-    return replace(alignment, stddev=np.hypot(alignment.stddev, moved))
+        is_down = worn.use.segment in self.z_down
+        return alignment_of(worn, state, z_down=is_down)

@@ -1,0 +1,59 @@
+"""What a filter state says of one IMU: its alignment, north, whether cameras contradict it."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.filter.state import FilterState
+from pose_core.filter.worn_imus import WornImu
+from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.stamps import NS_PER_S
+
+CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU is realigned
+STRAP_WALK = np.radians(3.0)  # [rad/s] of the mounting in a gap
+MAX_STRAP_WALK = np.radians(12.0)  # [rad]
+MIN_OTHERS = 2  # [-] aligned IMUs required to agree on north
+MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean
+
+
+def alignment_of(worn: WornImu, state: FilterState, *, z_down: bool) -> SensorToSegment:
+    """The filter's estimate of an aligned IMU's alignment."""
+    column = int(state.imus.column[worn.link])
+    variance = np.diag(state.P)[column : column + 3]
+    return SensorToSegment(
+        R_sensor_segment=state.imus.R_sensor_link[worn.link].copy(),
+        stddev=np.sqrt(np.maximum(variance, 0.0)),
+        exchanged_with=worn.use.exchanged_with,
+        z_down=z_down,
+    )
+
+
+def after_gap(alignment: SensorToSegment, gap_ns: int) -> SensorToSegment:
+    """An alignment after a gap, in which the sensor may have been moved."""
+    moved = min(STRAP_WALK * gap_ns / NS_PER_S, MAX_STRAP_WALK)
+    return replace(alignment, stddev=np.hypot(alignment.stddev, moved))
+
+
+def north_of(worn: WornImu, imus: Iterable[WornImu], state: FilterState) -> float | None:
+    """Heading [rad] of the world common to an IMU and the aligned ones; None if unknown."""
+    others = [
+        state.imus.heading[each.link] for each in imus if each.use.is_aligned and each.knows_north
+    ]
+    if not worn.knows_north or len(others) < MIN_OTHERS:
+        return None
+    mean = np.angle(np.exp(1j * np.array(others)).sum())
+    apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
+    return float(mean) if np.median(apart) < MAX_MEDIAN_DEVIATION else None
+
+
+def is_contradicted(
+    worn: WornImu, imus: Iterable[WornImu], parents: NDArray[np.int64], state: FilterState
+) -> bool:
+    """Whether the cameras contradict an IMU, and not an aligned one on the parent link."""
+    if state.imus.contradicted_s[worn.link] < CONTRADICTED_S:
+        return False
+    above = parents[worn.link]
+    has_imu = any(each.link == above and each.use.is_aligned for each in imus)
+    return not (has_imu and state.imus.contradicted_s[above] > 0.5 * CONTRADICTED_S)
