@@ -81,7 +81,7 @@ def add_depth_error(
 def estimate_depth_errors(update: FrameUpdate, state: FilterState) -> None:
     """Update a view's errors with one frame, and remove the common one from its residuals."""
     sensor, gap_s, result = update.frame.sensor, update.gap_s, update.result
-    rows, measured = update.rows, 3 * update.joints
+    rows, measured = update.rows, 3 * update.joint_count
     rows.residual[:measured] -= result.common_error * rows.common[:measured]
     variance, power = (
         state.views.depth_error_variance[sensor],
@@ -108,7 +108,7 @@ def noise_along_rays(update: FrameUpdate) -> float:
     """
     rows, result, positions = update.rows, update.result, update.predicted.positions
     sum_, weights = 0.0, 0.0
-    for group in range(update.joints):
+    for group in range(update.joint_count):
         first, ray = rows.first[group], ray_to(positions[rows.source[group]], update.frame.camera)
         along, noise, along_P = 0.0, 0.0, 0.0
         for i in range(3):

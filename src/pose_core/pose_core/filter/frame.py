@@ -39,15 +39,15 @@ class FrameUpdate(NamedTuple):
     predicted: PredictedView
     gap_s: float  # [s] since the camera's last frame
     rows: Rows  # with the residuals before the update, those of joints first
-    joints: int  # number of groups of joints
+    joint_count: int  # groups of rows that are joints
     result: UpdateResult
 
 
 @compiled
-def joint_groups(update: FrameUpdate) -> NDArray[np.int64]:
+def groups_by_joint(update: FrameUpdate) -> NDArray[np.int64]:
     """The group of rows of each joint, (joints,); −1 without one."""
     groups = np.full(len(update.frame.positions), -1)
-    for group in range(update.joints):
+    for group in range(update.joint_count):
         groups[update.rows.source[group]] = group
     return groups
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.filter.frame import FrameUpdate, joint_groups
+from pose_core.filter.frame import FrameUpdate, groups_by_joint
 from pose_core.filter.state import FilterState
 from pose_core.filter.view_noise import NEWEST_S, VISIBLE
 from pose_core.kernels.compiling import compiled
@@ -55,7 +55,7 @@ def estimate_imu_noise(
     sensor, cameras = update.frame.sensor, len(state.views.silent_s)
     share = 1.0 - np.exp(-update.gap_s / MEAN_S)
     kept = np.exp(-update.gap_s / MEMORY_S / cameras)
-    group_of = joint_groups(update)
+    group_of = groups_by_joint(update)
     for link in range(len(ends)):
         residual = state.imus.link_residual[sensor, link]
         residual[:] = np.nan

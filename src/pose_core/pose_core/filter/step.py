@@ -105,21 +105,21 @@ def update_with_frame(
     rows = make_rows(3 * joints + posture_rows, joints + posture_rows, columns)
     view = predict_view(constants.camera, state, frame)
     add_camera_rows(constants.camera, state, frame, view, rows)
-    joint_groups = rows.filled[1]
+    joint_count = rows.filled[1]
     add_posture_rows(constants.posture, state.pose.rotations, rows)
     result = robust_update(constants.frame_update, state, rows)
     if not result.is_finite:
         return False, 0, np.nan, np.nan
     gap_s = min(state.views.silent_s[frame.sensor], MAX_STEP_S)
     state.views.silent_s[frame.sensor] = 0.0
-    update = FrameUpdate(frame, view, gap_s, rows, joint_groups, result)
+    update = FrameUpdate(frame, view, gap_s, rows, joint_count, result)
     update_tracker_errors(constants.tracker_errors, update, state)
     note_foot_height(view.positions, gap_s, state)
-    if joint_groups > 0:
+    if joint_count > 0:
         estimate_shared_offsets(constants.shared_offsets, update, state)
     add_link_information(update, information)
     turned = turn_back(constants.posture, state, np.empty((3, 3)))
-    mean_nis, lost_share = summarise(result.nis[:joint_groups])
+    mean_nis, lost_share = summarise(result.nis[:joint_count])
     return True, turned, mean_nis, lost_share
 
 
@@ -138,7 +138,7 @@ def summarise(nis: FloatArray) -> tuple[float, float]:
 def add_link_information(update: FrameUpdate, out: FloatArray) -> None:
     """Add Hᵀ (R / w)⁻¹ H of each joint's group to the links' blocks, with R's mean variance."""
     rows = update.rows
-    for group in range(update.joints):
+    for group in range(update.joint_count):
         first, noise = rows.first[group], rows.noise[group]
         precision = 3.0 * update.result.weights[group] / (noise[0, 0] + noise[1, 1] + noise[2, 2])
         for link in range(len(out)):

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from pose_core.filter.camera import heading_cosine_sine
 from pose_core.filter.depth_errors import estimate_depth_errors
-from pose_core.filter.frame import FrameUpdate, joint_groups
+from pose_core.filter.frame import FrameUpdate, groups_by_joint
 from pose_core.filter.imu_noise import estimate_imu_noise
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.view_noise import estimate_view_noise
@@ -88,7 +88,7 @@ def estimate_offsets(update: FrameUpdate, state: FilterState) -> None:
         return
     rows, result, residual = update.rows, update.result, update.rows.residual
     c, s = heading_cosine_sine(update.predicted.rotations[0])
-    for group in range(update.joints):
+    for group in range(update.joint_count):
         joint, first = rows.source[group], rows.first[group]
         noise = rows.noise[group]
         variance = state.views.offset_variance[sensor, joint]
@@ -109,16 +109,16 @@ def estimate_offsets(update: FrameUpdate, state: FilterState) -> None:
 @compiled_in_place
 def estimate_view_apart(update: FrameUpdate, state: FilterState) -> None:
     """Update the mean distance of a view's joints from the predicted ones."""
-    if update.joints == 0:
+    if update.joint_count == 0:
         return
     apart = state.views.apart[update.frame.sensor]
     share = 1.0 - np.exp(-update.gap_s / VIEW_APART_MEMORY_S)
     for axis in range(3):
         total = 0.0
-        for group in range(update.joints):
+        for group in range(update.joint_count):
             joint = update.rows.source[group]
             total += update.frame.positions[joint, axis] - update.predicted.positions[joint, axis]
-        apart[axis] += share * (total / update.joints - apart[axis])
+        apart[axis] += share * (total / update.joint_count - apart[axis])
 
 
 @compiled
@@ -135,7 +135,7 @@ def estimate_delay(
     :data:`DELAY_GAIN`.
     """
     frame, view, rows, weights = update.frame, update.predicted, update.rows, update.result.weights
-    group_of = joint_groups(update)
+    group_of = groups_by_joint(update)
     sums, delay_s = state.views.delay_sums[frame.sensor], state.views.delay[frame.sensor]
     sums *= np.exp(-update.gap_s / constants.delay_memory_s)
     for link in range(len(constants.ends)):
@@ -206,7 +206,7 @@ def smooth_nis(constants: TrackerErrorConstants, update: FrameUpdate, state: Fil
     frame, smoothed = update.frame, state.views.smoothed_nis[update.frame.sensor]
     share = 1.0 - np.exp(-update.gap_s / constants.nis_memory_s)
     smoothed *= 1.0 - share
-    for group in range(update.joints):
+    for group in range(update.joint_count):
         joint = update.rows.source[group]
         if frame.tracking_state[joint] == TrackingState.TRACKED:
             smoothed[joint] += share * min(update.result.nis[group], SMOOTHED_NIS_CLIP)

@@ -41,7 +41,7 @@ def estimate_view_noise(update: FrameUpdate, state: FilterState) -> None:
     frame, predicted = update.frame, update.predicted
     residual = state.views.residual[frame.sensor]
     residual[:] = np.nan
-    for group in range(update.joints):
+    for group in range(update.joint_count):
         joint = update.rows.source[group]
         is_tracked = frame.tracking_state[joint] == TrackingState.TRACKED
         if is_tracked and predicted.occlusion[joint] < VISIBLE:

@@ -8,9 +8,6 @@ two observations it is predicted live, and interpolated for a recording.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
-
-import numpy as np
 
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
@@ -23,10 +20,10 @@ from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, r
 from pose_core.fusion.output_grid import OutputGrid, has_output_rate
 from pose_core.fusion.preprocessor import COUNTERS, Preprocessor
 from pose_core.fusion.warm_up import warm_up
+from pose_core.imu.imu_remarks import with_remarks
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.extrinsics import Extrinsics
-from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import ONE_IMU, Clock, Clocks, reference_delay_s
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
@@ -35,12 +32,6 @@ EARLIEST_S = -0.03  # [s] delay of a tracker; below it, the IMUs are late
 UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a delay is not known yet
 MAX_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
 BLOCK = 50  # [estimates] of a recording that are published together
-INVERSE_ORIENTATION = (
-    "its orientation is the inverse, from the world to the sensor, or its quaternion is in the "
-    "order w x y z: write the rotation from the sensor to its world, as x y z w"
-)
-
-Z_DOWN = "the z axis of its reference frame points down (NED): turned over; have it send z up (ENU)"
 
 
 class Pipeline:
@@ -102,28 +93,15 @@ class Pipeline:
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples, by segment's name."""
         uses = {use.segment: use for use in self._runner.estimator.imu_uses}
-        disturbed = self.imus.walks.disturbed
-        for name in self.imus.segments:
-            use = uses.setdefault(name, self._unused(name))
-            if name in self.imus.inverse:
-                uses[name] = ImuUse(segment=name, refused=INVERSE_ORIENTATION)
-                continue
-            if name in self.imus.history.slow:
-                uses[name] = ImuUse(segment=name, refused=_slow(self.imus.history.slow[name]))
-                continue
-            fault = self.imus.rates.faults.get(name)
-            instead = "the orientation's change is used"
-            rate = f"its angular velocity {fault}; {instead}" if fault else ""
-            clock = self.clocks.get(ONE_IMU + name, Clock())
-            is_apart = clock.offset_ns != 0
-            shift = f"its clock is {_ahead(clock)} the others': corrected" if is_apart else ""
-            span_ns = self.first_ns, self.newest_ns
-            silence = "" if use.refused else self.imus.silence(name, *span_ns)
-            field = _disturbed(disturbed.get(name))
-            down = Z_DOWN if name in self.imus.z_down else ""
-            remarks = (_exchanged(use.exchanged_with), down, rate, shift, field, silence)
-            uses[name] = replace(use, remark="; ".join(filter(None, remarks)))
-        return tuple(uses[name] for name in sorted(self.imus.segments))
+        return tuple(
+            with_remarks(
+                uses.get(name) or self._unused(name),
+                self.imus,
+                self.clocks.get(ONE_IMU + name, Clock()),
+                (self.first_ns, self.newest_ns),
+            )
+            for name in sorted(self.imus.segments)
+        )
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
@@ -319,31 +297,3 @@ class Pipeline:
     def _predict(self, stamp_ns: int) -> None:
         imus, newest_ns = self._preprocessor.imus_at(stamp_ns), self.newest_ns
         self._runner.predict(stamp_ns, newest_ns, imus)
-
-
-def _exchanged(other: str) -> str:
-    """Where an exchanged IMU is worn, and what to do; empty for a segment's own."""
-    if not other:
-        return ""
-    what = "exchange them on the body, or in the nodes file"
-    return f"it is exchanged with that of {other}, and used there: {what}"
-
-
-def _slow(rate: float) -> str:
-    """Why an IMU with a low rate [Hz] is not used, and what to do."""
-    return f"it sends {rate:.2g} samples a second, and at least 10 are needed: set 100 or more"
-
-
-def _disturbed(walk: float | None) -> str:
-    """What a heading's walk [rad/√s] tells; empty if it is usual."""
-    if walk is None:
-        return ""
-    what = f"its heading walks by {np.degrees(walk):.0f}° within a second against its gyroscope"
-    return f"{what}: keep metal and motors from its magnetic field, and tighten its strap"
-
-
-def _ahead(clock: Clock) -> str:
-    """How far a clock is ahead of another or behind it."""
-    ahead_s = clock.offset_ns / NS_PER_S
-    known = f" ± {clock.stddev_s:.2f}" if clock.stddev_s else ""
-    return f"{abs(ahead_s):.2f}{known} s {'ahead of' if ahead_s > 0.0 else 'behind'}"
