@@ -49,7 +49,7 @@ def make(ros_context, tmp_path, serial_device):
         "kinect_bridge": (KinectBridge, {"file": str(CSV), "loop": True}),
         "imu_bridge": (ImuBridge, {"port": serial_device, "nodes_file": str(nodes_file)}),
         "calibration": (CalibrationNode, {}),
-        "recorder": (Recorder, {"output": str(tmp_path / "bag")}),
+        "recorder": (Recorder, {"output": str(tmp_path / "bag"), "all": True}),
     }
 
     def make(name, **values):

@@ -90,7 +90,7 @@ def test_earlier_latched_messages_are_recorded_with_their_qos(
 
 
 def test_a_topic_created_later_is_recorded(ros_context, spin_until, record, tmp_path):
-    recorder = record()
+    recorder = record(all=True)
     publisher = publisher_of(ros_context, String, "late", 10)
     spin_until(lambda: publisher.get_subscription_count() == 1, what="the recorder")
 
@@ -171,7 +171,8 @@ def test_what_comes_while_the_disk_is_slow_is_recorded_or_counted_as_lost(
 @pytest.mark.parametrize(
     ("values", "complaint"),
     [
-        ({"storage": "zip"}, "storage = 'zip' is not one of mcap, sqlite3"),
+        ({"topics": ["a"], "all": True}, "either topics, or all"),
+        ({"all": True, "storage": "zip"}, "storage = 'zip' is not one of mcap, sqlite3"),
     ],
 )
 def test_bad_parameters_are_refused(record, values, complaint):

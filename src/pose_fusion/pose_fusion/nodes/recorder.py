@@ -45,6 +45,8 @@ class Recorder(ManagedNode[RecorderParameters]):
 
     def configure(self) -> None:
         """Check the topics and the output."""
+        if self.settings.all and self.settings.topics:
+            raise ParameterError("set either topics, or all to true")
         self._output = Path(self.settings.output or dated_path())
         self._wanted = [self._resolved(topic) for topic in self.settings.topics]
         self._queues: dict[str, MessageQueue] = {}  # by topic

@@ -43,6 +43,7 @@ class RecorderParameters:
         "", doc="folder of the bag; if it exists, the first of -2, -3, …; empty: dated, in `out`"
     )
     topics: tuple[str, ...] = parameter((), doc="topics to record; empty: all that appear")
+    all: bool = parameter(False, doc="record every topic that appears, as with empty `topics`")
     start_paused: bool = parameter(
         False, doc="wait for the service `~/start` before recording into `output`"
     )
