@@ -172,9 +172,9 @@ def exchanged_sides(
             on_own = [*limbs(segment, segment), *limbs(other, other)]
             on_other = [*limbs(segment, other), *limbs(other, segment)]
             if len(on_own) == len(on_other) > 0:
-                gain = _cost(on_own) - _cost(on_other) - EXCHANGED_COST
-                gains[segment, other] = gain
-                total = total + _cost(on_own) - np.maximum(gain, 0.0)
+                cost = _cost(on_own)
+                gains[segment, other] = gain = cost - _cost(on_other) - EXCHANGED_COST
+                total = total + cost - np.maximum(gain, 0.0)
     best = int(np.argmin(total))
     found: dict[str, str] = {}
     for (one, two), gain in gains.items():

@@ -33,11 +33,12 @@ TRUNK_STDDEV = 0.18  # [rad] of the trunk's, which is not rigid
 LATE_S = 0.1  # [s] in addition for each unit of the fastest sensor's rate
 INDEPENDENT_S = 0.8  # [s] correlation time of these errors
 MAX_VOTE = 10.0  # [-] of one sensor, for the heading that all share
-NORTH_STDDEV = 0.35  # [rad] of sensors' headings in magnetic fields as indoors
-DISTURBED_SHARE = 0.01  # [-] of sensors whose heading may be any
+COMMON_STDDEV = 0.35  # [rad] of the heading of one that knows north, about the others'
+OTHER_SHARE = 0.01  # [-] of them whose heading may be any
 EXCHANGE_GAIN = 30.0  # [-] g; 25 was the largest of sessions without exchanged sensors
 SIDES_GAIN = 10.0  # [-] g of the left and the right one, which are exchanged most; likewise 4
 _TURNS = np.radians(np.arange(0.0, 360.0, 6.0))
+_NEAR = np.exp(-0.5 * (wrapped(_TURNS[:, None] - _TURNS) / COMMON_STDDEV) ** 2)
 HEADINGS = np.stack([np.ones_like(_TURNS), np.cos(_TURNS), np.sin(_TURNS)], axis=1)
 
 
@@ -132,7 +133,7 @@ class ExchangeCheck:
         return np.asarray(on_own + on_own.T - on_other - on_other.T)
 
     def _log_heading_prior(self, misfit: FloatArray) -> FloatArray:
-        """Log-prior of each sensor's heading by those of all others but one, (headings, n, n).
+        """Log-prior of each sensor's heading by the others, without that of the segment it is on.
 
         Sensors that know north have nearly the same heading; the others' is as likely as their own
         segments allow. Without it, a leg that swings forwards is one that swings backwards in a
@@ -140,10 +141,12 @@ class ExchangeCheck:
 
         Args:
             misfit: Of each sensor on its own segment, (headings, n).
+
+        Returns:
+            Of sensor i, if it is compared with j, (headings, n, n).
         """
         votes = np.where(self._knows_north, np.maximum(misfit.min(axis=0) - misfit, -MAX_VOTE), 0.0)
         log_p = 0.5 * (votes.sum(axis=1)[:, None, None] - votes[:, :, None] - votes[:, None])
         p = np.exp(log_p - log_p.max(axis=0))
-        near = np.exp(-0.5 * (wrapped(_TURNS[:, None] - _TURNS) / NORTH_STDDEV) ** 2)
-        prior = np.log(np.tensordot(near, p / p.sum(axis=0), axes=1) + DISTURBED_SHARE)
+        prior = np.log(np.tensordot(_NEAR, p / p.sum(axis=0), axes=1) + OTHER_SHARE)
         return np.where(self._knows_north[:, None], prior, 0.0)
