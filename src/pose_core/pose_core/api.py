@@ -116,6 +116,7 @@ from pose_core.streams.angle_series import (
     angle_series as angle_series,
     without_sideways_flexion as without_sideways_flexion,
 )
+from pose_core.streams.clock_steps import ClockSteps as ClockSteps
 from pose_core.streams.clocks import (
     IMUS as IMUS,
     ONE_IMU as ONE_IMU,

@@ -47,6 +47,7 @@ class MethodRun:
     series: SkeletonSeries  # joints in map
     estimates: EstimateSeries  # its degrees of freedom
     imus: tuple[str, ...] = ()  # lines about IMUs that are not used, silent or wrong
+    unused_imus: tuple[str, ...] = ()  # segments whose IMU is not used, though it is heard
 
 
 def known_setups(*, has_imus: bool) -> tuple[MethodSetup, ...]:
@@ -104,11 +105,14 @@ def run_methods(
             estimates[name] += pipeline.add(sample)
     for name, pipeline in pipelines.items():
         estimates[name] += pipeline.flush()
-    lines = {
-        name: tuple(f"IMU {use}" for use in pipeline.imu_uses if use.reason or use.remark)
+    return {
+        name: replace(
+            run_of_estimates(estimates[name]),
+            imus=tuple(f"IMU {use}" for use in pipeline.imu_uses if use.reason or use.remark),
+            unused_imus=tuple(use.segment for use in pipeline.imu_uses if use.reason),
+        )
         for name, pipeline in pipelines.items()
     }
-    return {n: replace(run_of_estimates(each), imus=lines[n]) for n, each in estimates.items()}
 
 
 def run_pipeline(pipeline: Pipeline, samples: Iterable[SkeletonSample | ImuSample]) -> MethodRun:

@@ -5,6 +5,7 @@ Works on the messages of ``pose_io.bags``, and needs no ROS.
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from pose_core.api import (
     ChosenPerson,
     Clocks,
+    ClockSteps,
     EstimateSeries,
     Extrinsics,
     ImuBlock,
@@ -47,7 +49,8 @@ Progress = Callable[[float], None]
 class BagFrames:
     """Frames of all sensors with all persons, in the order of their recording or of their stamps.
 
-    The bag is read incrementally: memory does not depend on its length.
+    The bag is read incrementally: memory does not depend on its length. Stamps are corrected from
+    where a source's clock was set while it recorded; see :class:`ClockSteps`.
 
     Args:
         bag: An open bag.
@@ -73,6 +76,7 @@ class BagFrames:
         self._imus = {topic: name for name, topic in imu_topics(bag).items() if imus}
         self._misnamed = misnamed_imu_topics(bag) if imus else []
         self._without_orientation: Counter[str] = Counter()  # samples by topic
+        self._clock_steps = ClockSteps()
         self._progress = progress or (lambda _: None)
         self.counters = Counters("frames", "malformed_frames", "imu", "imu_without_orientation")
         self._readers = {topic: SkeletonReader(name) for topic, name in self._sensors.items()}
@@ -114,6 +118,7 @@ class BagFrames:
                 f"IMUs: topics not used: {', '.join(self._misnamed)}: record them as "
                 "imu_<segment>/data, for example imu_left_thigh/data"
             )
+        lines += self._clock_steps.lines(self._bag.start_ns)
         return [*lines, *(() if self._order is None else self._order.left_out)]
 
     def _sorted(
@@ -148,13 +153,37 @@ class BagFrames:
             topics = np.repeat(list(own), [len(each) for each in own.values()])
             self._without_orientation.update(np.delete(topics, rows).tolist())
         order = np.argsort(place[rows])
-        return block.rows(order), place[rows][order]
+        block, places_of_rows = block.rows(order), place[rows][order]
+        return self._with_steps_corrected(block, batch, places_of_rows), places_of_rows
+
+    def _with_steps_corrected(
+        self, block: ImuBlock, batch: list[BagMessage], places: NDArray[np.intp]
+    ) -> ImuBlock:
+        """The block, its stamps corrected where a clock was set."""
+        recorded_ns = np.array([batch[place].stamp_ns for place in places.tolist()], np.int64)
+        offsets_ns = np.zeros_like(recorded_ns)
+        for imu, segment in enumerate(block.segments):
+            own = block.imu == imu
+            offsets_ns[own] = self._clock_steps.offsets_ns(
+                f"imu/{segment}", block.stamps_ns[own], recorded_ns[own]
+            )
+        return replace(block, stamps_ns=block.stamps_ns + offsets_ns) if offsets_ns.any() else block
 
     def _frames(
         self, topic: str, batch: list[BagMessage], places: list[int]
     ) -> Iterable[tuple[int, Persons | InputError]]:
         datas = self._bytes(topic, batch, places)
-        return zip(places, self._readers[topic].read(datas), strict=True)
+        found = list(zip(places, self._readers[topic].read(datas), strict=True))
+        full = [(p, each) for p, each in found if each and not isinstance(each, InputError)]
+        offsets_ns = self._clock_steps.offsets_ns(
+            self._sensors[topic],
+            [persons[0].stamp_ns for _, persons in full],
+            [batch[place].stamp_ns for place, _ in full],
+        )
+        for (_, persons), offset_ns in zip(full, offsets_ns.tolist(), strict=True):
+            if offset_ns:
+                persons[:] = [replace(p, stamp_ns=p.stamp_ns + offset_ns) for p in persons]
+        return found
 
     def _bytes(self, topic: str, batch: list[BagMessage], places: list[int]) -> list[bytes]:
         """Serialised messages of a topic, converted to this version's message definition."""

@@ -45,7 +45,9 @@ def view_without(joint=None):
 class Analysis:
     """What the verdict reads of one."""
 
-    def __init__(self, *views, stability=STEADY, segments=("pelvis",), placed=True, lacks=None):
+    def __init__(
+        self, *views, stability=STEADY, segments=("pelvis",), unused=(), placed=True, lacks=None
+    ):
         self.compared = None
         self.agreement = Agreement(views=views, stability={})
         self.stability = {"default": stability}
@@ -57,6 +59,7 @@ class Analysis:
             comment="",
             views=dict.fromkeys(sensors, view_without(lacks)),
             segments=segments,
+            unused_imus=unused,
             T_map_sensor=dict.fromkeys(sensors, np.eye(4)) if placed else {},
             methods={},
             estimates={},
@@ -101,6 +104,7 @@ def test_the_summary_has_accuracy_agreement_and_a_recommendation():
         (Analysis(VIEW, stability=replace(STEADY, longest_gap_s=4.0)), "Keep the whole person"),
         (Analysis(replace(VIEW, calibrated_cm=11.0, best_rigid_cm=10.0)), "Look at the cameras"),
         (Analysis(VIEW, lacks="left_knee"), "Let a camera see left knee: none tracks it"),
+        (Analysis(VIEW, unused=("left_thigh",)), "Look at the IMUs that are not used (left thigh)"),
         (Analysis(VIEW, segments=()), "Nothing has to be done; worn IMUs"),
         (Analysis(), "Nothing has to be done."),
     ],

@@ -158,7 +158,11 @@ class Pipeline:
         if self.counters["estimates"] == 0:
             return ImuUse(segment=segment, refused="no pose yet: the cameras must see the person")
         if self._runner.estimator.USES_IMUS:
-            return ImuUse(segment=segment, refused="no usable sample at any frame: see its stamps")
+            if self.imus.has_samples(segment):
+                reason = "no usable sample at any frame: see its stamps"
+            else:
+                reason = "no sample with an orientation: is it switched on, and does it send them?"
+            return ImuUse(segment=segment, refused=reason)
         name = self.parameters.estimator
         return ImuUse(segment=segment, refused=f"the estimator {name} uses no IMUs: use default")
 

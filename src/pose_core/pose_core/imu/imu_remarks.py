@@ -16,6 +16,10 @@ INVERSE_ORIENTATION = (
 
 Z_DOWN = "the z axis of its reference frame points down (NED): turned over; have it send z up (ENU)"
 
+AGAINST_GYROSCOPE = (
+    "its orientation jumps against its gyroscope, or stands still while that turns: see its filter"
+)
+
 
 def with_remarks(use: ImuUse, imus: ImuSet, clock: Clock, span_ns: tuple[int, int]) -> ImuUse:
     """The state of use of an IMU, with what is wrong with its samples.
@@ -38,6 +42,7 @@ def with_remarks(use: ImuUse, imus: ImuSet, clock: Clock, span_ns: tuple[int, in
         f"its angular velocity {fault}; the orientation's change is used" if fault else "",
         f"its clock is {_ahead(clock)} the others': corrected" if clock.offset_ns else "",
         _disturbed(imus.walks.disturbed.get(name)),
+        AGAINST_GYROSCOPE if name in imus.orientations.set_aside else "",
         "" if use.refused else imus.silence(name, *span_ns),
     )
     return replace(use, remark="; ".join(filter(None, remarks)))

@@ -53,6 +53,10 @@ class ImuSet:
         """Segments with samples of an IMU."""
         return list(self.history.segments)
 
+    def has_samples(self, segment: str) -> bool:
+        """Whether an IMU has sent usable samples."""
+        return segment in self._first_ns
+
     @property
     def contradicted_rates(self) -> Mapping[str, str]:
         """What is wrong with angular velocities that are measured, if the orientation is not."""

@@ -71,7 +71,8 @@ class ImuUse:
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
         times = "once" if self.contradictions == 1 else f"{self.contradictions} times"
         anew = f"; aligned anew {times}: see its strap, and magnets"
-        noisy = f"; {self.noise:.1f} times the usual noise, so it counts less: see its strap"
+        times_noise = f"{self.noise:.1f} times the usual noise"
+        noisy = f"; {times_noise}, so it counts less: see its strap and its clock"
         return (
             f"{self.segment}: {share}, tilt known to {tilt:.1f}°, turn to {turn:.1f}°, "
             f"heading to {heading:.1f}°"

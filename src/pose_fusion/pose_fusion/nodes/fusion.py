@@ -46,7 +46,7 @@ from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import unused_sensors
 from pose_node.kept import Kept, kept_file
-from pose_node.node_status import Report
+from pose_node.node_status import Level, Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.qos import latched, sensor_data
 from pose_node.nodes.running import run_node
@@ -59,6 +59,7 @@ IMU_PERIOD_S = 0.01  # [s] between reads of IMU samples, so that few wait when a
 REORDER_TIMEOUT_S = 0.01  # [s] for which a frame waits for an earlier one of another sensor
 CHECK_PERIOD_S = 0.2  # [s] between checks of the sources
 KEEP_PERIOD_S = 1.0  # [s] between saves of IMU alignments and closings of topics
+LOG_PERIOD_S = 2.0  # [s] between lines of the log about sources
 STANDSTILL_S = 1.5  # [s] after which a simulated clock is said to stand still
 KILLED_REPORTS = 25  # of 1 s; the middleware counts a killed process's publishers for 20 s
 LATCHED_QOS = latched(QUEUE)
@@ -88,6 +89,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._static_transforms = StaticTransforms()
         self._shared: dict[str, int] = {}
         """Number of reports in a row in which a topic had several publishers."""
+        self._logged: tuple[frozenset[str] | None, float] = None, 0.0  # sources, when [s]
         self._clock_seen = 0, time.monotonic()  # its last value [ns], since when [s]
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._person = self._kept_person.load() or self.settings.person
@@ -301,9 +303,23 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._counters.add("messages_lost", sum(lost.values()))
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
-        return self._reporter.report(
+        report = self._reporter.report(
             unused, self._malformed, lost, self._several_publishers(), self._clock_trouble()
         )
+        self._log_change(report)
+        return report
+
+    def _log_change(self, report: Report) -> None:
+        """Log the report if other sources are unusable than those that were logged last."""
+        trouble, now_s = self._reporter.trouble, time.monotonic()
+        if self.pipeline.status != "tracking" or trouble == self._logged[0]:
+            return
+        if now_s - self._logged[1] >= LOG_PERIOD_S:
+            self._logged = trouble, now_s
+            if report.level is Level.OK:  # rclpy wants one severity at each call
+                self.get_logger().info(report.message)
+            else:
+                self.get_logger().warning(report.message)
 
     def _clock_trouble(self) -> str:
         """What is wrong with simulated time; empty if nothing is, or time is not simulated."""

@@ -45,6 +45,11 @@ class FusionReporter:
         return before != self._named
 
     @property
+    def trouble(self) -> frozenset[str]:
+        """Sources that were not usable at the last check, and other faults, by name."""
+        return frozenset(self._named)
+
+    @property
     def _is_tracking(self) -> bool:
         return self._estimates > 0 and self._missed <= MISSED_CHECKS
 

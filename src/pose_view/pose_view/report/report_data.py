@@ -10,7 +10,7 @@ from pose_core.api import EstimateSeries, Extrinsics, FloatArray, SkeletonSeries
 from pose_core.arrays import rows_of
 from pose_core.errors import InputError, PoseError
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
-from pose_evaluation.offline import known_setups, run_methods
+from pose_evaluation.offline import IMU_ENDING, known_setups, run_methods
 from pose_io.bag_samples import BagSamples, read_estimates
 from pose_io.bags import BagReader
 from pose_io.topics import imu_topics, sensor_topics
@@ -39,6 +39,7 @@ class ReportData:
     estimates: Mapping[str, EstimateSeries]  # of the methods that give any
     focus: str  # the method of figures for a single method
     notes: tuple[str, ...] = field(default=())  # remarks on missing results
+    unused_imus: tuple[str, ...] = ()  # segments whose IMU no method could use
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -118,6 +119,7 @@ def read_report_data(
         },
         focus=wanted.focus if wanted.focus in methods else preferred(list(methods)),
         notes=tuple(estimated.notes),
+        unused_imus=estimated.unused_imus,
     )
 
 
@@ -151,6 +153,7 @@ class _Estimated:
     estimates: dict[str, EstimateSeries] = field(default_factory=dict)
     T_map_sensor: dict[str, FloatArray] = field(default_factory=dict)
     notes: list[str]
+    unused_imus: tuple[str, ...] = ()
 
 
 def _estimate(
@@ -192,6 +195,8 @@ def _estimate(
         for name, run in runs.items():
             result.methods[name], result.estimates[name] = run.series, run.estimates
             result.notes += [f"{name}: {line}." for line in run.imus]
+            if name.endswith(IMU_ENDING):
+                result.unused_imus = run.unused_imus
     if FUSED in own:
         result.methods[FUSED] = own[FUSED]
         result.estimates[FUSED] = read_estimates(bag, wanted.body)

@@ -120,6 +120,9 @@ def _what_to_do(analysis: Analysis, view: ViewAgreement | None) -> str:
         )
     if not recording.sensors:
         return f"To compare the views, record or keep the {RAW} beside the fused pose."
+    if recording.unused_imus:
+        names = ", ".join(name.replace("_", " ") for name in recording.unused_imus)
+        return f"Look at the IMUs that are not used ({names}): the notes say why."
     if not recording.segments:
         return "Nothing has to be done; worn IMUs would improve the angles most."
     return "Nothing has to be done."
