@@ -10,6 +10,7 @@ import numpy as np
 
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
+from pose_calibration.clocks.recorded_stamps import with_recorded_stamps
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_calibration.extrinsics.mirrored import refuse_mirrored
 from pose_calibration.extrinsics.moved_sensors import (
@@ -25,8 +26,6 @@ from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.people.calibration_person import match_people, with_id
 from pose_core.api import (
-    IMUS,
-    ONE_IMU,
     AlignedFrame,
     Clock,
     Clocks,
@@ -39,19 +38,14 @@ from pose_core.api import (
     TimeAligner,
     TrackingState,
     block_of,
-    block_on_reference_clock,
     joined,
     on_reference_clock,
 )
-from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 
 MAX_CLOCK_OFFSET_S = 0.5  # [s] of the search
 FARTHEST_CLOCK_OFFSET_S = 5.0  # [s] of a second search, if the first finds no offset
 MIN_CLOCK_OFFSET_S = 0.01  # [s] smaller ones are as likely a tracker's lag
-MAX_APART_S = 0.9  # [s] of stamps recorded together; from a second on, time would run backwards
-RECORDED_STDDEV_S = 0.1  # [s] of an offset by the stamps of samples that were recorded together
-LEAST_BLOCKS = 1000  # [-] of IMUs' samples that are compared with the stamps of cameras
 TOGETHER = 1000  # [-] blocks of IMUs' samples that are stored at once
 MAX_TRIED = 3  # [-] people tried, one after the other
 
@@ -140,13 +134,13 @@ def calibrate_people(
         except CalibrationError as error:
             failure = failure or error
             continue
-        clocks = _with_recorded_stamps(every, sensors[0], found.extrinsics.clocks)
+        clocks = with_recorded_stamps(every, sensors[0], found.extrinsics.clocks)
         return replace(
             found,
             extrinsics=replace(found.extrinsics, clocks=clocks),
             people=max(len(frame) for frame in frames_kept),
         )
-    _with_recorded_stamps(every, sensors[0], {})
+    with_recorded_stamps(every, sensors[0], {})
     raise failure or CalibrationError("found no skeletons")
 
 
@@ -182,7 +176,7 @@ def complete(frames: Iterable[SensorFrame | ImuBlock], extrinsics: Extrinsics) -
     if memory.segments:
         found = _imu_findings(extrinsics, by_sensor, memory)
         extrinsics = replace(extrinsics, clocks={**clocks, **found.clocks})
-    checked = _with_recorded_stamps(every, extrinsics.reference, extrinsics.clocks)
+    checked = with_recorded_stamps(every, extrinsics.reference, extrinsics.clocks)
     return replace(extrinsics, clocks=checked)
 
 
@@ -202,68 +196,6 @@ def moved_sensors(
     except CalibrationError:
         return ()
     return find_moved_or_displaced(by_sensor, extrinsics)
-
-
-def _with_recorded_stamps(
-    frames: Iterable[SensorFrame | ImuBlock], reference: str, clocks: Clocks
-) -> Clocks:
-    """The clocks, and those of IMUs whose stamps are far from those recorded with them.
-
-    Raises:
-        InputError: If a sensor's stamps are.
-    """
-    apart_ns: dict[str, list[int]] = {}
-    blocks: list[tuple[ImuBlock, int]] = []  # with the reference's stamp before them [ns]
-    reference_ns: int | None = None
-    for each in frames:
-        if isinstance(each, ImuBlock):
-            if reference_ns is not None and len(each):
-                blocks.append((each, reference_ns))
-        elif each and each[0].sensor == reference:
-            reference_ns = each[0].stamp_ns
-        elif each and reference_ns is not None:
-            source = each[0].sensor
-            newest_ns = clocks.get(source, Clock()).to_reference(each[0].stamp_ns)
-            apart_ns.setdefault(source, []).append(newest_ns - reference_ns)
-    for source, differences in apart_ns.items():
-        apart_s = float(np.median(differences)) / NS_PER_S
-        if abs(apart_s) > MAX_APART_S:
-            raise InputError(
-                f"the stamps of '{source}' are {apart_s:+.1f} s from those of "
-                f"'{reference}' that were recorded at the same time, and the motion "
-                "does not tell their clocks' offset: give it in the section 'clocks' of an "
-                "extrinsics file (docs/calibration.md), or leave this source out"
-            )
-    return {**clocks, **_recorded_imu_clocks(blocks[:: len(blocks) // LEAST_BLOCKS + 1], clocks)}
-
-
-def _recorded_imu_clocks(
-    blocks: Sequence[tuple[ImuBlock, int]], clocks: Clocks
-) -> dict[str, Clock]:
-    """Clocks of IMUs whose stamps are far from the reference's that were recorded before them."""
-    every = block_on_reference_clock(joined([block for block, _ in blocks]), clocks)
-    reference_ns = np.repeat([ns for _, ns in blocks], [len(block) for block, _ in blocks])
-    apart_ns = {
-        segment: float(np.median((every.stamps_ns - reference_ns)[every.imu == imu]))
-        for imu, segment in enumerate(every.segments)
-        if (every.imu == imu).any()
-    }
-    in_time_ns = [ns for ns in apart_ns.values() if abs(ns) <= MAX_APART_S * NS_PER_S]
-    common_ns = float(np.median(in_time_ns or list(apart_ns.values()) or [0.0]))
-    apart_ns = {segment: ns - common_ns for segment, ns in apart_ns.items()}
-    found = {
-        ONE_IMU + segment: ns
-        for segment, ns in apart_ns.items()
-        if abs(ns) > MAX_APART_S * NS_PER_S
-    }
-    if not in_time_ns and apart_ns:
-        found[IMUS] = common_ns
-    return {
-        name: Clock(
-            offset_ns=clocks.get(name, Clock()).offset_ns + round(ns), stddev_s=RECORDED_STDDEV_S
-        )
-        for name, ns in found.items()
-    }
 
 
 def _clock_offsets(

@@ -349,3 +349,21 @@ def test_estimates_are_read_as_columns(make_bag):
 
 def test_a_bag_without_estimates_gives_none(make_bag):
     assert len(read_estimates(make_bag(("/imu_torso/data", imu(0), 0))).stamps_ns) == 0
+
+
+def test_stamps_are_corrected_from_where_a_clock_is_set(make_bag):
+    entries = []
+    for k in range(60):
+        recorded_ns = 10**9 + k * 33 * MS
+        stamp_ns = recorded_ns - 20 * MS + (2000 * MS if k >= 30 else 0)
+        entries.append(("/kinect_left/skeletons", seen(stamp_ns, skeleton(stamp_ns)), recorded_ns))
+        entries.append(("/imu_torso/data", imu(recorded_ns - 5 * MS), recorded_ns))
+    frames = BagFrames(make_bag(*entries))
+    read = list(frames)
+
+    stamps_ns = [each[0].stamp_ns for each in read if not isinstance(each, ImuBlock)]
+    assert stamps_ns == [10**9 + k * 33 * MS - 20 * MS for k in range(60)]
+    imus_ns = [ns for each in read if isinstance(each, ImuBlock) for ns in each.stamps_ns]
+    assert imus_ns == [10**9 + k * 33 * MS - 5 * MS for k in range(60)]
+    line = frames.left_out[-1]
+    assert line.startswith("left: clock set by +2.0 s at 1.0 s of the recording")
