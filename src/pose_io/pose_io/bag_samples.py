@@ -105,7 +105,11 @@ class BagFrames:
     @property
     def left_out(self) -> Sequence[str]:
         """Lines about IMU samples that were left out, and about wrong names in messages."""
-        lines = [f"{topic}: {one.fault}" for topic, one in self._readers.items() if one.fault]
+        lines = [
+            f"{topic}: {fault} (in {count} messages)"
+            for topic, reader in self._readers.items()
+            for fault, count in reader.faults.items()
+        ]
         if self._without_orientation:
             topics = ", ".join(sorted(self._without_orientation))
             lines.append(

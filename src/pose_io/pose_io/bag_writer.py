@@ -21,7 +21,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys.store import Typestore
 
 from pose_core.errors import InputError, one_line, writing
-from pose_io.typestore import make_typestore, register_package
+from pose_io.typestore import make_typestore, require_type
 
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
 INFINITE = QosTime(9223372036, 854775807)  # RMW_DURATION_INFINITE
@@ -94,10 +94,7 @@ class BagWriter:
                     f"{topic} has type {known.msgtype}: cannot add messages of type {msgtype}"
                 )
             return
-        if msgtype not in self.typestore.types:
-            register_package(self.typestore, msgtype.split("/")[0])
-        if msgtype not in self.typestore.types:
-            raise InputError(f"unknown message type '{msgtype}' on {topic}")
+        require_type(self.typestore, msgtype)
         self._connections[topic] = self._writer.add_connection(
             topic,
             msgtype,

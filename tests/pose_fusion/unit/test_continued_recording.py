@@ -85,6 +85,17 @@ def test_a_bag_is_split_by_duration(start, clock, tmp_path):
     assert row.message_count == 5
 
 
+def test_a_topic_that_is_refused_does_not_end_the_recording_at_its_next_bag(start, tmp_path):
+    row = start(split_size=0.001)
+    with pytest.raises(InputError, match="package 'nobodys_msgs' is not installed"):
+        row.add_topic("/strange", "nobodys_msgs/msg/Strange", [])
+    for value in ("x" * 3000, "b"):
+        row.write("/count", text(value), 1)
+        row.flush()
+    row.close()
+    assert read(tmp_path / "bag-2") == ["b"]
+
+
 def test_a_bag_is_split_by_size(start, tmp_path):
     row = start(split_size=0.01)
     for _ in range(3):

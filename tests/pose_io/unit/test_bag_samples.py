@@ -205,6 +205,20 @@ def test_a_malformed_skeleton_is_counted_and_left_out(make_bag):
     assert samples.counters["malformed_frames"] == 1
 
 
+def test_misspelled_joints_are_reported_wherever_they_were_recorded(make_bag):
+    names = ["left_kne" if name == "left_knee" else name for name in JOINTS]
+    one_s = 10**9
+    late = [seen(i * one_s, skeleton(i * one_s)) for i in range(1, 200)]
+    every = [seen(0, skeleton(0, names=names)), *late]
+    for one in every:
+        one.header.frame_id = ""
+    frames = BagFrames(
+        make_bag(*[("/kinect_left/skeletons", one, i * one_s) for i, one in enumerate(every)])
+    )
+    list(frames)
+    assert "lacks left_knee: see their names (in 1 messages)" in "\n".join(frames.left_out)
+
+
 def test_a_bag_without_skeletons_is_refused_with_its_topics(make_bag):
     bag = make_bag(("/imu_torso/data", imu(0), 0))
     with pytest.raises(InputError, match=r"holds no skeletons.*found /imu_torso/data"):

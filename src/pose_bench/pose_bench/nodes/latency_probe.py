@@ -7,7 +7,6 @@ its arrival [ns], ``stages`` the name of a stage to the text of the fusion's las
 import json
 import sys
 import time
-from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
@@ -30,9 +29,8 @@ class LatencyProbe(Node):
         self.create_subscription(JointState, topic, self._on_joint_state, 100, raw=True)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
 
-    def _on_joint_state(self, data: bytes, info: dict[str, Any]) -> None:
-        # The middleware records the arrival before this process wakes up.
-        self._arrived[serialized_ns(data)] = max(time.time_ns(), info["received_timestamp"])
+    def _on_joint_state(self, data: bytes) -> None:
+        self._arrived[serialized_ns(data)] = time.time_ns()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

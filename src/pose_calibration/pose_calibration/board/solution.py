@@ -20,7 +20,7 @@ FAR_M, FAR = 0.05, np.radians(2.5)  # [m], [rad] smallest distance of an outlier
 FAR_DEVIATIONS = 5.0  # [-] the same, in median absolute deviations
 WORST_PX = 1.0  # [px] RMS above which a view may be left out
 WORST_RATIO = 3.0  # [-] and this multiple of the median view's RMS
-LEFT_OUT_ROUNDS = 3
+ROUNDS = 3  # solutions; between them bad views are left out
 ALONE = "seen by only one camera, or none"
 
 Instant = Mapping[str, BoardView]
@@ -69,7 +69,7 @@ def calibrate_board(
     }
     T_reference_camera = _linked(list(known), T_camera_board, left_out)
     used: list[int] = []
-    for _ in range(LEFT_OUT_ROUNDS):
+    for rounds_left in reversed(range(ROUNDS)):
         used = [i for i in range(len(instants)) if i not in left_out]
         T_reference_board = []  # by the camera that sees most of it
         for i in used:
@@ -80,7 +80,7 @@ def calibrate_board(
         result = bundle.solve(T_camera_reference, np.array(T_reference_board))
         limit = max(WORST_PX, WORST_RATIO * float(np.median(list(result.errors_px.values()))))
         bad = {used[v] for (_, v), error in result.errors_px.items() if error > limit}
-        if not bad or len(used) - len(bad) < MIN_PAIRS:
+        if not bad or len(used) - len(bad) < MIN_PAIRS or not rounds_left:
             break
         left_out.update(dict.fromkeys(bad, "reprojects badly: blurred, bent, or not synchronous"))
     T_reference_camera = {name: inverse(T) for name, T in result.T_camera_reference.items()}

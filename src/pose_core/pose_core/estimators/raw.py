@@ -36,7 +36,8 @@ class MeanOfSensors(StepwiseEstimator):
     def update(self, observation: Observation) -> FusedPose | None:
         """Return the joints unfiltered; a joint that no sensor measures is NaN."""
         chosen = np.where(self._is_chosen[:, None, None], observation.positions, np.nan)
-        tracking_state = observation.tracking_state.max(axis=0)
+        is_measured = np.isfinite(chosen).all(axis=2)
+        tracking_state = np.where(is_measured, observation.tracking_state, 0).max(axis=0)
         return self._pose.at(observation.stamp_ns, nan_mean(chosen), tracking_state)
 
 

@@ -58,11 +58,10 @@ class ContinuedRecording:
 
     def add_topic(self, topic: str, msgtype: str, offered: list[Qos]) -> None:
         """Declare a topic, see :meth:`GrowingBag.add_topic`."""
+        self.bag.add_topic(topic, msgtype, offered)
         self._topics[topic] = (msgtype, offered)
         if any(one.durability == QosDurability.TRANSIENT_LOCAL for one in offered):
             self._latched.setdefault(topic, deque(maxlen=LATCHED_KEPT))
-        if not self.bag.is_over:
-            self.bag.add_topic(topic, msgtype, offered)
 
     def write(self, topic: str, data: bytes, stamp_ns: int) -> None:
         """Append a message; nothing while there is trouble."""

@@ -23,7 +23,7 @@ from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 from pose_core.errors import InputError, PoseError
 from pose_io.bag_repair import END
 from pose_io.bag_writer import STORAGES
-from pose_io.typestore import make_typestore, register_package
+from pose_io.typestore import make_typestore, require_type
 
 MAX_PENDING = 1 << 19  # [bytes] below the size at which rosbags completes a chunk by itself
 
@@ -128,17 +128,17 @@ class GrowingBag:
     def add_topic(self, topic: str, msgtype: str, qos: list[Qos]) -> None:
         """Declare a topic: its type (``pose_msgs/msg/Skeleton``), its publishers' QoS.
 
+        Once the bag is over, only the type is checked.
+
         Raises:
             InputError: If no installed package defines the type.
         """
-        if msgtype not in self._typestore.types:
-            register_package(self._typestore, msgtype.split("/")[0])
-        try:
-            self._connections[topic] = self._writer.add_connection(
-                topic, msgtype, typestore=self._typestore, offered_qos_profiles=qos
-            )
-        except KeyError as error:
-            raise InputError(f"found no definition of {msgtype} ({topic}): {error}") from error
+        require_type(self._typestore, msgtype)
+        if self.is_over:
+            return
+        self._connections[topic] = self._writer.add_connection(
+            topic, msgtype, typestore=self._typestore, offered_qos_profiles=qos
+        )
 
     def write(self, topic: str, data: bytes, stamp_ns: int) -> None:
         """Append a message's CDR bytes, received at ``stamp_ns`` [ns].

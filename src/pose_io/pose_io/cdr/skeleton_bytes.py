@@ -4,7 +4,7 @@ A tracker's messages have the same length and names, and differ in their numbers
 of the numbers are found once for each such form.
 """
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
@@ -54,6 +54,8 @@ class SkeletonReader:
     def __init__(self, sensor: str) -> None:
         self.fault = ""
         """What is wrong with the names or positions in the last messages; empty if nothing is."""
+        self.faults: Counter[str] = Counter()
+        """Such faults so far, with the number of messages that had them."""
         self._sensor = sensor
         self._forms: dict[int, list[_Form]] = defaultdict(list)
         self._form_bytes = 0
@@ -102,6 +104,8 @@ class SkeletonReader:
             fitting, where = (rows, left) if is_last else (rows[fits], left[fits])
             persons_of_all, is_placed = _persons(form, fitting, self._sensor)
             self.fault = form.fault or ("" if is_placed else NO_POSITION)
+            if self.fault:
+                self.faults[self.fault] += len(where)
             for index, persons in zip(where.tolist(), persons_of_all, strict=True):
                 result[index] = persons
             if is_last:
