@@ -104,9 +104,9 @@ class BagFrames:
 
     @property
     def left_out(self) -> Sequence[str]:
-        """Lines about IMU samples that were left out, and about wrong names in messages."""
+        """Lines about what was left out or corrected: samples, names, clocks that were set."""
         lines = [
-            f"{topic}: {fault} (in {count} messages)"
+            f"{topic}: {fault} (messages: {count})"
             for topic, reader in self._readers.items()
             for fault, count in reader.faults.items()
         ]
@@ -222,6 +222,11 @@ class BagSamples:
         self._frames = BagFrames(bag, progress, imus=imus)
         self._chosen = ChosenPerson(person, extrinsics)
         self.counters = self._frames.counters
+
+    @property
+    def left_out(self) -> Sequence[str]:
+        """Lines about what was left out or corrected, see :class:`BagFrames`."""
+        return self._frames.left_out
 
     def __iter__(self) -> Iterator[SkeletonSample | ImuBlock]:
         for each in self._frames:

@@ -74,7 +74,7 @@ def _show_arguments(graph: Graph) -> None:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="up",
+        prog="pose up",
         description="Start a graph from a ROS 2 YAML launch file, the same file that 'ros2 launch'"
         " takes; Ctrl-C stops it.",
         epilog="Exit code: 0 if every process ended well, 1 if one failed.",

@@ -34,7 +34,7 @@ def read(path: Path) -> tuple[ImuFrames, str]:
         ) from error
     except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(
-            f"{path} is not a session's IMU file: {error}: make it again with 'generate'"
+            f"{path} is not a session's IMU file, or is cut off: make it again with 'generate'"
         ) from error
 
 

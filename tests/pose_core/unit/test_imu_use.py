@@ -10,5 +10,18 @@ def test_an_imu_that_was_used_until_it_was_contradicted_says_for_how_long():
     assert str(use).endswith("; before, it was used for 95 % of frames")
 
 
+def test_an_imu_in_use_says_since_when():
+    use = ImuUse(
+        segment="torso",
+        has_moved=True,
+        is_aligned=True,
+        start_ns=10**18,
+        aligned_ns=10**18 + 3_500_000_000,
+        frames=200,
+        frames_used=180,
+    )
+    assert str(use).startswith("torso: used from 3.5 s on, for 90 % of frames, tilt known to")
+
+
 def test_an_imu_that_never_took_part_was_never_used():
-    assert "used for" not in str(ImuUse(segment="torso", frames=200))
+    assert "used from" not in str(ImuUse(segment="torso", frames=200))

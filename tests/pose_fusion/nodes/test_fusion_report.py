@@ -86,6 +86,13 @@ def test_topics_with_as_many_publishers_share_a_remark():
     assert "2 publishers of a, c: started twice? Stop all but one; 3 publishers of b: " in message
 
 
+def test_imus_that_are_published_and_have_sent_nothing_are_named():
+    reporter, _ = reporter_of(moving_wearer(1.0)[2])
+    report = reporter.report((), {}, {}, unheard_imus=["head", "torso"])
+    assert "the IMU on head, torso is published, but has sent nothing yet" in report.message
+    assert report.level == Level.WARN
+
+
 def test_nobody_being_chosen_is_a_warning():
     _, _, skeletons, _ = moving_wearer(3.0)
     parameters = PipelineParameters()

@@ -46,6 +46,12 @@ def test_what_a_full_queue_drops_is_counted(inbox, publisher, spin_until):
     assert inbox.take_lost() == {}
 
 
+def test_a_published_topic_is_unheard_until_its_first_message(inbox, publisher, spin_until):
+    spin_until(lambda: inbox.unheard == ["one"], what="discovery")
+    receive(inbox, publisher, spin_until, 1)
+    assert inbox.unheard == []
+
+
 def test_of_several_publishers_nothing_is_counted(inbox, publisher, ros_context, spin_until):
     second = ros_context.make_node("other").create_publisher(String, "text", sensor_data(100))
     spin_until(second.get_subscription_count, what="discovery")

@@ -43,7 +43,14 @@ def test_fuse_prints_one_line_for_each_imu(bag, tmp_path, monkeypatch, capsys, a
     told = {words[1].rstrip(":"): " ".join(words[2:]) for words in lines if words[0] == "IMU"}
     assert sorted(told) == sorted(IMU_SEGMENTS)
     assert reason in told[LIES]
-    assert ("used for" in told["left_thigh"]) == (not arguments)
+    assert ("used from" in told["left_thigh"]) == (not arguments)
+
+
+def test_a_session_file_that_does_not_exist_is_an_error(bag, tmp_path, monkeypatch):
+    words = ["fuse", str(bag), str(tmp_path / "out"), "--imus-file", str(tmp_path / "none.yaml")]
+    monkeypatch.setattr(sys, "argv", words)
+    with pytest.raises(InputError, match=r"none\.yaml does not exist, or has no IMUs' alignments"):
+        fuse.run()
 
 
 def test_the_imu_estimator_reports_missing_imus(tmp_path, monkeypatch):

@@ -28,7 +28,7 @@ def test_pose_runs_from_any_folder_through_a_link(start_process, tmp_path):
     process = start_process([link, "run", "pose_launch", "up", "--help"], cwd=tmp_path)
 
     assert process.wait() == 0
-    assert process.output.startswith("usage: up")
+    assert process.output.startswith("usage: pose up")
 
 
 @pytest.mark.parametrize(

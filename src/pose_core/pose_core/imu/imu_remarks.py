@@ -45,7 +45,7 @@ def with_remarks(use: ImuUse, imus: ImuSet, clock: Clock, span_ns: tuple[int, in
         AGAINST_GYROSCOPE if name in imus.orientations.set_aside else "",
         "" if use.refused else imus.silence(name, *span_ns),
     )
-    return replace(use, remark="; ".join(filter(None, remarks)))
+    return replace(use, start_ns=span_ns[0], remark="; ".join(filter(None, remarks)))
 
 
 def _exchanged(other: str) -> str:

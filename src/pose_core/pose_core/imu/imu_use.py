@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.stamps import NS_PER_S
 
 NOISY = 5.0  # [-] factor of its noise from which an IMU is named
 
@@ -16,6 +17,7 @@ class ImuUse:
     segment: str
     has_moved: bool = False  # whether it has turned by 8° since it was first heard, or slipped
     is_aligned: bool = False
+    start_ns: int = 0  # [ns] stamp of the first sample of any source
     aligned_ns: int | None = None  # [ns] stamp since which it is used
     frames: int = 0  # also those without a sample of it
     frames_used: int = 0
@@ -64,18 +66,19 @@ class ImuUse:
 
     @property
     def _use(self) -> str:
-        share = f"used for {100.0 * self.frames_used / max(self.frames, 1):.0f} % of frames"
+        share = f"for {100.0 * self.frames_used / max(self.frames, 1):.0f} % of frames"
         if self.reason:
-            before = f"; before, it was {share}" if self.frames_used else ""
+            before = f"; before, it was used {share}" if self.frames_used else ""
             return f"{self.segment}: not used, {self.reason}{before}"
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
         times = "once" if self.contradictions == 1 else f"{self.contradictions} times"
         anew = f"; aligned anew {times}: see its strap, and magnets"
         times_noise = f"{self.noise:.1f} times the usual noise"
         noisy = f"; {times_noise}, so it counts less: see its strap and its clock"
+        since_s = ((self.aligned_ns or self.start_ns) - self.start_ns) / NS_PER_S
         return (
-            f"{self.segment}: {share}, tilt known to {tilt:.1f}°, turn to {turn:.1f}°, "
-            f"heading to {heading:.1f}°"
+            f"{self.segment}: used from {since_s:.1f} s on, {share}, "
+            f"tilt known to {tilt:.1f}°, turn to {turn:.1f}°, heading to {heading:.1f}°"
             + (anew if self.contradictions else "")
             + (noisy if self.noise > NOISY else "")
         )

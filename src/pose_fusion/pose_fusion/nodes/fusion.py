@@ -304,7 +304,12 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
         report = self._reporter.report(
-            unused, self._malformed, lost, self._several_publishers(), self._clock_trouble()
+            unused,
+            self._malformed,
+            lost,
+            self._several_publishers(),
+            self._clock_trouble(),
+            self._imus.unheard,
         )
         self._log_change(report)
         return report

@@ -84,6 +84,7 @@ class FusionReporter:
         lost: Mapping[str, int],
         publishers: Mapping[str, int] | None = None,
         clock_trouble: str = "",
+        unheard_imus: Sequence[str] = (),
     ) -> Report:
         """The report as of the last check.
 
@@ -93,15 +94,21 @@ class FusionReporter:
             lost: Number of messages lost since the last report, by source.
             publishers: Number of publishers of each topic that has several.
             clock_trouble: What is wrong with simulated time.
+            unheard_imus: Segments whose IMU's topic has a publisher, but not yet a message.
         """
         has_subject = self._pipeline.status == "tracking"
         is_ok = has_subject and not (
-            self._unused_sources() or malformed or lost or publishers or clock_trouble
+            self._unused_sources()
+            or malformed
+            or lost
+            or publishers
+            or clock_trouble
+            or unheard_imus
         )
         remarks = [
             *_publisher_remarks(publishers or {}),
             *self._camera_remarks(),
-            *self._imu_remarks(),
+            *self._imu_remarks(unheard_imus),
             *self._late_remarks(),
             *_graph_remarks(malformed, lost, self._pipeline.others, unused),
         ]
@@ -174,10 +181,13 @@ class FusionReporter:
             what = "it repeats their positions: they are not used"
             yield f"{sensor} holds {', '.join(joints)}: {what}"
 
-    def _imu_remarks(self) -> Iterator[str]:
+    def _imu_remarks(self, unheard: Sequence[str]) -> Iterator[str]:
         """Faults of IMUs, each with the segments of all that have it."""
         imus = self._pipeline.subject.imus
         named = {
+            "the IMU on {} is published, but has sent nothing yet: check its battery and radio": (
+                unheard
+            ),
             "no samples for 0.2 s from the IMU on {}: check its battery, radio and rate": (
                 self._silent_imus
             ),

@@ -107,6 +107,13 @@ class Inbox:
         taken = {name: queue.take() for name, queue in self.queues.items()}
         return {name: [data for data, _ in entries] for name, entries in taken.items() if entries}
 
+    @property
+    def unheard(self) -> list[str]:
+        """Topics that somebody publishes, and of which no message has come yet."""
+        return [
+            name for name, each in self.queues.items() if not each.newest and each.has_publisher
+        ]
+
     def take_lost(self) -> dict[str, int]:
         """Numbers of messages lost since the last call, by the caller's names."""
         return {name: lost for name, queue in self.queues.items() if (lost := queue.take_lost())}

@@ -290,7 +290,7 @@ def warn_of_others(node: Node, publishers: Iterable[Publisher]) -> str:
 def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:
     """Parameters from ``BAG`` and the options."""
     parser = argparse.ArgumentParser(
-        prog="play",
+        prog="pose play",
         description="Play a bag with its original timing.",
         epilog="Services: ~/pause, ~/resume (std_srvs/Trigger). ROS arguments may follow after"
         " --ros-args.",

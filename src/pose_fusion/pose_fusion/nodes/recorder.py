@@ -245,7 +245,7 @@ class Recorder(ManagedNode[RecorderParameters]):
 def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:
     """Parameters from ``-o OUTPUT [TOPIC …]`` and the other options."""
     parser = argparse.ArgumentParser(
-        prog="record",
+        prog="pose record",
         description="Record topics into a rosbag2 folder until Ctrl-C.",
         epilog="Without TOPIC, every topic that appears is recorded; without OUTPUT, into"
         " out/record-DATE-TIME. ROS arguments may follow after --ros-args.",

@@ -70,7 +70,10 @@ def calibrate_bag(
         InputError: If the bag is damaged.
     """
     with progress_bar(Console(stderr=True), TimeRemainingColumn()) as progress:
-        everything = list(BagFrames(bag, add_share(progress, "reading")))
+        frames = BagFrames(bag, add_share(progress, "reading"))
+        everything = list(frames)
+        for line in frames.left_out:
+            progress.console.print(line, soft_wrap=True)
         progress.add_task("solving", total=None)
         return calibrate_people(everything, sensors, parameters)
 

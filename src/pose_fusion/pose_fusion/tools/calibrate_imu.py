@@ -69,6 +69,8 @@ def calibrate_bag(
         calibration.add(sample)
         if calibration.is_done:
             break
+    for line in samples.left_out:
+        Console(stderr=True).print(line, soft_wrap=True)
     return calibration.finish()
 
 

@@ -210,7 +210,7 @@ def _output_folder(options: argparse.Namespace) -> Path:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="demo",
+        prog="pose demo",
         description="Run the whole chain through a live node graph: on a synthetic subject's "
         "virtual Kinects and IMUs, compared with the truth; or on a recording of two real Kinects. "
         "Leaves a bag and plots.",

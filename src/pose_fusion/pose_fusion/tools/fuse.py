@@ -194,6 +194,11 @@ def fuse(
         progress_bar(console, TimeRemainingColumn()) as progress,
     ):
         name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
+        if parameters.imus_file and not alignments:
+            raise InputError(
+                f"{name} does not exist, or has no IMUs' alignments: make it with ./pose calibrate"
+                f" imu BAG -o {name}, or leave --imus-file out"
+            )
         if alignments:
             console.print(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
         before = first_pass(parameters) if imu_topics(bag) else None

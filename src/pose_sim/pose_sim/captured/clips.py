@@ -9,6 +9,7 @@ segment, in a right-handed world with z up; or a BVH file. The bundled ones are 
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
+from zipfile import BadZipFile, is_zipfile
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -44,10 +45,13 @@ def read_clip(path: Path) -> Clip:
             segments = [str(name) for name in data["segments"]]
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except (KeyError, ValueError) as error:
+    except (KeyError, ValueError, EOFError, BadZipFile) as error:
+        why = (
+            f" ({error})" if is_zipfile(path) else ""
+        )  # of other files numpy says misleading things
         raise InputError(
-            f"{path} is not a clip of captured motion ({error}): expected an .npz with joints, "
-            "positions, segments and rotations"
+            f"{path} is not a clip of captured motion{why}: expected a BVH file, or an .npz with "
+            "joints, positions, segments and rotations"
         ) from error
     rotations = {name: Rotation.from_quat(quaternions[:, i]) for i, name in enumerate(segments)}
     return Clip(name=path.stem, positions=positions, rotations=rotations)

@@ -180,7 +180,7 @@ def _play(viewer: Viewer, recorded: Recorded, rate: float) -> None:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="view",
+        prog="pose view",
         description="Show a recording in the browser: the person as the cameras alone, the fusion"
         " and the IMUs alone see it, side by side, with curves of their angles. Without BAG, show"
         " the graph that runs.",
