@@ -65,7 +65,7 @@ def test_nine_misaligned_imus_are_aligned_from_motion_without_an_n_pose(with_imu
     uses = uses_of(pipeline)
     assert sorted(uses) == sorted(EVERY_SEGMENT)
     assert [use.segment for use in uses.values() if not use.is_aligned] == []
-    assert all("used for" in str(use) for use in uses.values())
+    assert all("used from" in str(use) for use in uses.values())
 
 
 def test_aligned_imus_reduce_the_angle_errors(with_imus, session):
