@@ -30,6 +30,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         folder = Path(name)
         browser = LocalBrowser(start_browser(playwright.chromium, chromium))
+        if options.report is not None:
+            _save_angles(browser, options.report, options.output / "report_angles.png")
+            return
         bag = options.bag or _run_graph(options, folder, browser)
         with serving([executable("pose_view", "view"), bag, "--port", "0"]) as (_, address):
             page = _open(browser, address)
@@ -68,6 +71,15 @@ def _show_recording(page: Page, at: float) -> None:
     page.wait_for_timeout(6000)
 
 
+def _save_angles(browser: LocalBrowser, report: Path, path: Path) -> None:
+    """Save the twelve angles of a report's page."""
+    page = browser.open(report.absolute().as_uri(), width=1180, height=900)
+    page.add_style_tag(content="fieldset { position: static !important }")
+    section = page.locator("section#angles")
+    picture = Image.open(io.BytesIO(section.screenshot(timeout=SLOW_MS))).convert("RGB")
+    picture.save(path, optimize=True)
+
+
 def _open(browser: LocalBrowser, address: str) -> Page:
     page = browser.open(address, **SIZE)
     page.wait_for_selector("canvas", timeout=SLOW_MS)
@@ -90,6 +102,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=3, help="of the synthetic subject")
     parser.add_argument(
         "--bag", type=Path, help="a recording to show; no live run and no live picture then"
+    )
+    parser.add_argument(
+        "--report",
+        type=Path,
+        help="a report.html: only its angles are taken, as report_angles.png",
     )
     parser.add_argument(
         "--at", type=float, default=0.45, help="share of the recording, where it is shown"

@@ -52,32 +52,20 @@ class MethodStability(Stability):
         return mean_known(list(self.bone_cv_percent.values()))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Agreement:
-    """Figures of a recording without a reference."""
-
-    views: tuple[ViewAgreement, ...]  # every pair of sensors
-    stability: Mapping[str, MethodStability]  # by method: each sensor, mean, fused
-
-
 def measure_agreement(
     methods: Mapping[str, SkeletonSeries], T_map_sensor: Mapping[str, FloatArray]
-) -> Agreement:
-    """Compute the figures of a recording of several sensors.
+) -> tuple[ViewAgreement, ...]:
+    """Compare every pair of sensors.
 
     Args:
-        methods: Joints by method, as :func:`pose_evaluation.methods.methods_of_bag` gives them.
-        T_map_sensor: Each sensor's (4, 4) extrinsics; the sensors are those among the methods
-            that are neither ``mean`` nor ``fused``.
+        methods: Joints by method, as :func:`pose_evaluation.methods.methods_of_bag` gives them;
+            the sensors are those that are neither ``mean`` nor ``fused``.
+        T_map_sensor: Each sensor's (4, 4) extrinsics.
     """
     sensors = {name: series for name, series in methods.items() if name not in {"mean", "fused"}}
-    views = tuple(
+    return tuple(
         view_agreement(first, second, sensors, T_map_sensor)
         for first, second in combinations(sensors, 2)
-    )
-    return Agreement(
-        views=views,
-        stability={name: measure_stability(series) for name, series in methods.items()},
     )
 
 

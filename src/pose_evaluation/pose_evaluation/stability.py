@@ -7,7 +7,7 @@ import numpy as np
 
 from pose_core.api import FloatArray, SkeletonSeries
 from pose_core.finite_numbers import mean_known
-from pose_core.joints import JOINT_INDEX, LIMB_ENDS
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
 
 BONES: dict[str, tuple[str, str]] = {
     "neck": ("neck", "head"),
@@ -16,6 +16,10 @@ BONES: dict[str, tuple[str, str]] = {
     "hips": ("left_hip", "right_hip"),
 }
 """Pairs of joints with a constant distance on a body."""
+BONES_SHOWN = tuple(
+    f"{side}_{bone}" for bone in ("thigh", "shank", "upper_arm", "forearm") for side in SIDES
+)
+"""Those of the limbs, without hands and feet, for figures."""
 
 JERK_RATE = 30.0  # [Hz] for the jerk, which increases with the cube of the rate
 

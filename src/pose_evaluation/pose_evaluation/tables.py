@@ -9,7 +9,7 @@ from dataclasses import replace
 from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
 from pose_core.joints import SIDES
-from pose_evaluation.agreement import Agreement, MethodStability, ViewAgreement
+from pose_evaluation.agreement import MethodStability, ViewAgreement
 from pose_evaluation.scores import Evaluation, MethodScores
 from pose_evaluation.table import (
     BestOf,
@@ -54,30 +54,24 @@ def summary_rows(methods: Sequence[MethodScores]) -> list[Row]:
     ]
 
 
-def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Table:
-    """RMSE [deg] and r by angle and method, the best RMSE marked; with the bias [deg] if wanted."""
+def evaluation_table(evaluation: Evaluation) -> Table:
+    """RMSE [deg] and r by angle and method, the best RMSE marked."""
     methods = evaluation.methods
 
-    def row(name: str, figures: Sequence[tuple[float, float, float]], is_summary: bool) -> Row:
-        best = number_row(name, [rmse for rmse, _, _ in figures], 1, min)
+    def row(name: str, figures: Sequence[tuple[float, float]], is_summary: bool) -> Row:
+        best = number_row(name, [rmse for rmse, _ in figures], 1, min)
         return Row(
             name=name,
             cells=[
-                Cell(
-                    text=f"{number(rmse, 1)} / {number(bias, 1, sign=True)} / {number(r, 2)}"
-                    if with_bias
-                    else f"{number(rmse, 1):>5} {number(r, 2):>4}",
-                    is_best=cell.is_best,
-                )
-                for cell, (rmse, bias, r) in zip(best.cells, figures, strict=True)
+                Cell(text=f"{number(rmse, 1):>5} {number(r, 2):>4}", is_best=cell.is_best)
+                for cell, (rmse, r) in zip(best.cells, figures, strict=True)
             ],
             is_summary=is_summary,
         )
 
     angles = {name: [method.angles[name] for method in methods] for name in ANGLES}
-    means = [(m.mean_rmse_deg, m.mean_absolute_bias_deg, m.mean_r) for m in methods]
+    means = [(m.mean_rmse_deg, m.mean_r) for m in methods]
     subject = "simulated sensors, " if evaluation.synthetic else ""
-    figures = "RMSE [deg], bias [deg] (mean: of sizes)" if with_bias else "RMSE [deg]"
     summary = summary_rows(methods)
     return Table(
         caption=f"Joint angle error against {evaluation.reference} "
@@ -86,25 +80,25 @@ def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Tabl
         columns=[method_label(method.name) for method in methods],
         rows=(
             *(
-                row(readable(name), [(s.rmse_deg, s.bias_deg, s.r) for s in scores], False)
+                row(readable(name), [(s.rmse_deg, s.r) for s in scores], False)
                 for name, scores in angles.items()
             ),
             row("mean of the angles", means, True),
             replace(summary[0], is_summary=True),
             *summary[1:],
         ),
-        note=f"{figures}, Pearson's r (– where it hardly moves); smallest error in bold",
+        note="RMSE [deg], Pearson's r (– where it hardly moves); smallest error in bold",
     )
 
 
-def view_tables(agreement: Agreement) -> list[Table]:
+def view_tables(views: Sequence[ViewAgreement]) -> list[Table]:
     """Agreement of the sensors."""
-    if not agreement.views:
+    if not views:
         return []
     distance = table_of(
         "Mean distance of the same joint in two views [cm]",
         "views",
-        ((f"{view.first} – {view.second}", view) for view in agreement.views),
+        ((f"{view.first} – {view.second}", view) for view in views),
         {
             "as logged": lambda view: number(view.as_logged_cm, 1),
             "calibrated": lambda view: number(view.calibrated_cm, 1),
@@ -116,7 +110,7 @@ def view_tables(agreement: Agreement) -> list[Table]:
         },
         "The best rigid fit to the same data is the lower bound for any calibration.",
     )
-    return [distance, *(_difference_table(view) for view in agreement.views)]
+    return [distance, *(_difference_table(view) for view in views)]
 
 
 RIGID = ("li2020", "zhang2015")
@@ -171,10 +165,15 @@ def evaluation_csv(evaluation: Evaluation) -> str:
     return _csv(evaluation.reference, evaluation.synthetic, rows)
 
 
-def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
+def agreement_csv(
+    views: Iterable[ViewAgreement],
+    stability: Mapping[str, MethodStability],
+    *,
+    synthetic: bool = False,
+) -> str:
     """All figures, one per row: method or pair, quantity, of what, value, unit."""
     rows: list[CsvRow] = []
-    for view in agreement.views:
+    for view in views:
         rows += _csv_rows(
             f"{view.first}-{view.second}",
             ("instants", {"": view.frames}, "-"),
@@ -183,7 +182,7 @@ def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
             ("distance_best_rigid", {"": view.best_rigid_cm}, "cm"),
             ("rms_difference", view.angle_difference_deg, "deg"),
         )
-    for name, each in agreement.stability.items():
+    for name, each in stability.items():
         rows += _csv_rows(
             name,
             ("frames", {"": each.frames}, "-"),

@@ -15,9 +15,9 @@ import sys
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TextIO
 
-from pose_launch.parameter_folder import parameter_folder
 from pose_launch.processes import Process
 from pose_node.child_process import end_with_parent
 
@@ -105,7 +105,8 @@ class ProcessSupervisor:
         for number in STOP_SIGNALS:
             loop.add_signal_handler(number, self._stop, f"{signal.Signals(number).name}: stopping")
         try:
-            with parameter_folder() as folder:
+            with TemporaryDirectory(prefix="pose_up_") as name:
+                folder = Path(name)
                 await asyncio.gather(*(self._supervise(c, folder) for c in self._children))
         finally:
             for number in STOP_SIGNALS:

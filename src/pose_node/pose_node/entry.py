@@ -103,7 +103,8 @@ class Start:
             if interrupt.asked:
                 self._stop(is_node)
             package, missing = (str(name).partition(".")[0] for name in (self._module, error.name))
-            if not isinstance(error, ModuleNotFoundError) or missing == package:
+            is_ours = missing == package or missing in sys.modules  # a module of it is not there
+            if is_ours or not isinstance(error, ModuleNotFoundError):
                 raise
             pip_name = PIP_NAMES.get(missing, missing)
             sys.exit(

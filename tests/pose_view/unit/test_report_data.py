@@ -71,7 +71,7 @@ def test_one_sensor_has_a_report_too(one):
     recording = read(one, "left", "joint_kf")
     assert list(recording.methods) == ["left", "joint_kf"]
     analysis = analyse(recording, None)
-    assert view_tables(analysis.agreement) == []
+    assert view_tables(analysis.views) == []
     assert set(analysis.stability) == {"left", "joint_kf"}
 
 

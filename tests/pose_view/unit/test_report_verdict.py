@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pose_core.api import ANGLES, JOINTS, SkeletonSeries, TrackingState
-from pose_evaluation.agreement import Agreement, MethodStability, ViewAgreement
+from pose_evaluation.agreement import MethodStability, ViewAgreement
 from pose_evaluation.reference_alignment import ReferenceAlignment
 from pose_evaluation.table import Table, number_row
 from pose_view.report.page.page import verdict
@@ -49,7 +49,7 @@ class Analysis:
         self, *views, stability=STEADY, segments=("pelvis",), unused=(), placed=True, lacks=None
     ):
         self.compared = None
-        self.agreement = Agreement(views=views, stability={})
+        self.views = views
         self.stability = {"default": stability}
         sensors = ("left", "right") if views else ("left",)
         self.recording = ReportData(

@@ -25,6 +25,7 @@ from pose_sim.captured.session import CapturedSpec
 SUMMARY = "how accurate the estimators are on captured people before simulated sensors"
 SEED = 101
 MAX_JOBS = 2
+MIN_RATE = 10.0  # [Hz] below which no IMU is used
 BY_SOURCE = ("default", "default+imus")
 
 
@@ -43,6 +44,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     swing = "by which the IMUs' headings swing in uneven magnetic fields, standard deviation"
     add_number(parser, "--disturbance", 0.0, "DEG", swing)
+    parser.add_argument(
+        "--imu-rates",
+        type=float,
+        nargs="+",
+        default=ImuModel().rates,
+        metavar="HZ",
+        help="rate of the IMUs; several alternate from segment to segment (default: 100)",
+    )
     add_number(parser, "--seed", SEED, "N", "of everything random")
     add_jobs_argument(parser, MAX_JOBS)
 
@@ -69,7 +78,11 @@ def chosen_specs(arguments: argparse.Namespace) -> list[CapturedSpec]:
     for folder in folders:
         held_out, seed = not arguments.tuning, arguments.seed
         every += captured_specs(folder, held_out=held_out, seed=seed, first=len(every))
-    imu = ImuModel(disturbance=math.radians(arguments.disturbance))
+    if min(arguments.imu_rates) < MIN_RATE:
+        raise InputError(f"imu_rates = {arguments.imu_rates}: expected {MIN_RATE:g} Hz or more")
+    imu = ImuModel(
+        rates=tuple(arguments.imu_rates), disturbance=math.radians(arguments.disturbance)
+    )
     every = [replace(spec, imu=imu) for spec in every]
     if arguments.imu_sets:
         every = [replace(spec, worn=SEGMENTS) for spec in every]

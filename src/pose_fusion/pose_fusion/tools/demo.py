@@ -213,7 +213,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="pose demo",
         description="Run the whole chain through a live node graph: on a synthetic subject's "
         "virtual Kinects and IMUs, compared with the truth; or on a recording of two real Kinects. "
-        "Leaves a bag and plots.",
+        "Leaves a bag and a report.",
         epilog="Exit code: 0 if joint states came out, 1 if not, 130 if interrupted.",
     )
     parser.add_argument(

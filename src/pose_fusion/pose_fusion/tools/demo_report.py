@@ -1,16 +1,17 @@
-"""Report of the demo: tables, plots, counts."""
+"""Report of the demo: tables, counts, and the page of ``./pose report``."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.text import Text
 
 from pose_core.api import SkeletonSeries
-from pose_evaluation import plots, tables
-from pose_evaluation.agreement import measure_agreement
+from pose_evaluation import tables
+from pose_evaluation.agreement import measure_agreement, measure_stability
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
 from pose_evaluation.scores import evaluate
+from pose_evaluation.table import Table
 from pose_fusion.launched_graph import GraphError
 from pose_fusion.tools.demo_graph import DemoRun
 from pose_fusion.watching.stages import STAGE, STAGES
@@ -19,10 +20,11 @@ from pose_io.bags import BagReader, open_bag
 from pose_io.names import TRUTH_NAMESPACE, skeletons_topic
 from pose_io.references.reference import reference_of_skeleton
 from pose_io.topics import body_topic
+from pose_node.child_process import executable, run_to_end
 
 
 def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
-    """Compare a synthetic subject's run with the truth: table, CSV, Markdown, plots.
+    """Compare a synthetic subject's run with the truth: a table, and the report's page.
 
     Raises:
         GraphError: If no fused skeletons came out.
@@ -31,42 +33,48 @@ def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
         methods = _methods(bag, run)
         reference = read_body_series(true_bag, namespace=TRUTH_NAMESPACE)
         truth_named = reference_of_skeleton("the simulated truth", reference, synthetic=True)
-        evaluation = evaluate(methods, truth_named)
-        console.print()
-        console.print(tables.evaluation_table(evaluation).terminal())
-        (run.folder / "evaluation.csv").write_text(tables.evaluation_csv(evaluation))
-        markdown = tables.evaluation_table(evaluation, with_bias=True).markdown()
-        (run.folder / "evaluation.md").write_text(markdown)
-        shown = {name: methods[name] for name in methods if name != FUSED}
-        shown |= {plots.REFERENCE: reference, FUSED: methods[FUSED]}
-        angles = plots.angles_figure(f"Joint angles: {run.subject}", shown)
-        plots.save_figure(angles, run.folder / "angles.png")
-        plots.save_figure(plots.errors_figure(evaluation), run.folder / "errors.png")
-        _print_counts(bag, run, methods, console)
-    drawn, written = ("angles.png", "errors.png"), ("evaluation.csv", "evaluation.md")
-    _print_files(run, drawn, written, console)
+        table = tables.evaluation_table(evaluate(methods, truth_named))
+        _print(run, bag, methods, [table], console)
+    _write_page(run, [*methods], console, "--reference", truth)
 
 
 def report_recording(run: DemoRun, console: Console) -> None:
-    """Report a run without a reference: agreement of the views, bones, gaps, plots.
+    """Report a run without a reference: agreement of the views, bones, and the report's page.
 
     Raises:
         GraphError: If no fused skeletons came out.
     """
     with open_bag(run.bag) as bag:
         methods = _methods(bag, run)
-        agreement = measure_agreement(methods, read_extrinsics(bag))
-        for table in (*tables.view_tables(agreement), tables.stability_table(agreement.stability)):
-            console.print()
-            console.print(table.terminal())
-        (run.folder / "agreement.csv").write_text(tables.agreement_csv(agreement))
-        shown = {name: methods[name] for name in methods if name != MEAN}
-        angles = plots.angles_figure(f"Joint angles: {run.subject}", shown)
-        plots.save_figure(angles, run.folder / "angles.png")
-        bones = plots.bone_lengths_figure(f"Bone lengths: {run.subject}", shown)
-        plots.save_figure(bones, run.folder / "bone_lengths.png")
-        _print_counts(bag, run, methods, console)
-    _print_files(run, ("angles.png", "bone_lengths.png"), ("agreement.csv",), console)
+        views = measure_agreement(methods, read_extrinsics(bag))
+        stability = {name: measure_stability(series) for name, series in methods.items()}
+        found = [*tables.view_tables(views), tables.stability_table(stability)]
+        _print(run, bag, methods, found, console)
+    _write_page(run, [*methods], console)
+
+
+def _print(
+    run: DemoRun,
+    bag: BagReader,
+    methods: Mapping[str, SkeletonSeries],
+    found: Sequence[Table],
+    console: Console,
+) -> None:
+    for table in found:
+        console.print()
+        console.print(table.terminal())
+    _print_counts(bag, run, methods, console)
+    _line(console, "bag", str(run.bag))
+
+
+def _write_page(
+    run: DemoRun, methods: Sequence[str], console: Console, *reference: str | Path
+) -> None:
+    """Write the page of ``./pose report`` about the methods that the bag itself holds."""
+    folder = run.folder / "report"
+    words = [run.bag, *reference, "-o", folder, "--methods", *methods]
+    run_to_end([executable("pose_view", "report"), *words])
+    _line(console, "report", f"{folder / 'report.html'} (open it in a browser)")
 
 
 def _methods(bag: BagReader, run: DemoRun) -> dict[str, SkeletonSeries]:
@@ -138,14 +146,6 @@ def _losses(run: DemoRun) -> str:
         lost += sum(node.count(key) for key in node.values if key.endswith(".lost"))
         garbled += node.count("crc_errors")
     return f"; on the air {lost} frames were lost and {garbled} garbled" if lost or garbled else ""
-
-
-def _print_files(
-    run: DemoRun, drawn: tuple[str, ...], written: tuple[str, ...], console: Console
-) -> None:
-    _line(console, "bag", str(run.bag))
-    _line(console, "plots", ", ".join(str(run.folder / name) for name in drawn))
-    _line(console, "tables", ", ".join(str(run.folder / name) for name in written))
 
 
 def _line(console: Console, label: str, text: str) -> None:

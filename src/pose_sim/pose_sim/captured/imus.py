@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -22,7 +23,7 @@ DIFFERENCE_S = 0.004  # [s] over which angular velocities are computed
 class ImuModel:
     """One kind of IMU and how it is worn; sizes are standard deviations."""
 
-    rate: float = 100.0  # [Hz]
+    rates: tuple[float, ...] = (100.0,)  # [Hz] of the first segment, the second, …, and again
     crooked: float = 0.44  # [rad] largest misalignment with the source's segment axes
     field: float = 0.25  # [rad] of each IMU's heading about the common one
     heading_walk: float = 0.0015  # [rad/√s]
@@ -48,19 +49,24 @@ def wear(
     """Simulate the IMUs of a motion; segments that the clip lacks are left out."""
     north = rng.uniform(-np.pi, np.pi)
     return [
-        _stream(clip.rotations[segment], segment, north, model, rng)
-        for segment in segments
+        _stream(clip.rotations[segment], segment, north, model, rate_hz, rng)
+        for segment, rate_hz in zip(segments, cycle(model.rates))
         if segment in clip.rotations
     ]
 
 
 def _stream(
-    rotation: Rotation, segment: str, north: float, model: ImuModel, rng: np.random.Generator
+    rotation: Rotation,
+    segment: str,
+    north: float,
+    model: ImuModel,
+    rate_hz: float,
+    rng: np.random.Generator,
 ) -> ImuStream:
     times = np.arange(len(rotation)) / RATE
     path = Slerp(times, rotation)
-    stamps = np.arange(0.02, times[-1] - 1.0 / model.rate, 1.0 / model.rate)
-    stamps = stamps + rng.uniform(0.0, 1.0 / model.rate)
+    stamps = np.arange(0.02, times[-1] - 1.0 / rate_hz, 1.0 / rate_hz)
+    stamps = stamps + rng.uniform(0.0, 1.0 / rate_hz)
     shape = (len(stamps), 3)
     axis = rng.standard_normal(3)
     angle = rng.uniform(0.2, 1.0) * model.crooked
@@ -69,15 +75,15 @@ def _stream(
     turn = path(middle - DIFFERENCE_S).inv() * path(middle + DIFFERENCE_S)
     rate = gaussian_filter1d(turn.as_rotvec() / (2.0 * DIFFERENCE_S), 1.0, axis=0)
     speed = np.clip(np.linalg.norm(rate, axis=1, keepdims=True) / 3.0, 0.2, 2.0)
-    skin = model.soft_tissue * speed * slow_process(shape, 0.15, model.rate, rng)
+    skin = model.soft_tissue * speed * slow_process(shape, 0.15, rate_hz, rng)
     sensor = path(stamps) * Rotation.from_rotvec(skin) * alignment
-    walk = np.cumsum(rng.standard_normal(len(stamps))) / np.sqrt(model.rate)
+    walk = np.cumsum(rng.standard_normal(len(stamps))) / np.sqrt(rate_hz)
     heading = north + model.field * rng.standard_normal() + model.heading_walk * walk
     if model.disturbance:
-        swing = slow_process((len(stamps), 1), SWING_S, model.rate, rng)[:, 0]
+        swing = slow_process((len(stamps), 1), SWING_S, rate_hz, rng)[:, 0]
         heading += model.disturbance * swing
     tilt = np.zeros(shape)
-    tilt[:, :2] = model.tilt * slow_process((len(stamps), 2), 5.0, model.rate, rng)
+    tilt[:, :2] = model.tilt * slow_process((len(stamps), 2), 5.0, rate_hz, rng)
     world = Rotation.from_euler("z", heading[:, None]) * Rotation.from_rotvec(tilt)
     gyroscope = alignment.inv().apply(rate) + model.gyro_bias * rng.standard_normal((1, 3))
     return ImuStream(

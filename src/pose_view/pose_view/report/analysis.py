@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 from pose_core.api import AngleSeries, SkeletonSeries, angle_series
 from pose_evaluation.agreement import (
-    Agreement,
     MethodStability,
+    ViewAgreement,
     measure_agreement,
     measure_stability,
 )
@@ -49,7 +49,7 @@ class Analysis:
     recording: ReportData
     angles: Mapping[str, AngleSeries]  # by method, and the reference's
     compared: Compared | None  # None without a reference
-    agreement: Agreement  # of the sensors
+    views: tuple[ViewAgreement, ...]  # of every two sensors
     stability: Mapping[str, MethodStability]  # by method
     ranges: Mapping[str, Mapping[str, AngleRange]]  # by method, by angle
     cycles: Mapping[str, Cycles]  # by side
@@ -80,7 +80,7 @@ def analyse(recording: ReportData, reference: Reference | None) -> Analysis:
         recording=recording,
         angles=angles,
         compared=compared,
-        agreement=measure_agreement(recording.views, recording.T_map_sensor),
+        views=measure_agreement(recording.views, recording.T_map_sensor),
         stability={name: measure_stability(each) for name, each in recording.methods.items()},
         ranges={name: ranges_of_motion(each, recording.begin_ns) for name, each in angles.items()},
         cycles=cycles,

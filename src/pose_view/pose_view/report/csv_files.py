@@ -16,7 +16,9 @@ from pose_view.report.report_data import seconds
 def csv_files(analysis: Analysis) -> dict[str, str]:
     """Contents by file name."""
     files = {
-        "agreement.csv": agreement_csv(analysis.agreement, synthetic=analysis.is_synthetic),
+        "agreement.csv": agreement_csv(
+            analysis.views, analysis.stability, synthetic=analysis.is_synthetic
+        ),
         "motion.csv": _motion(analysis),
         "angles.csv": _angles(analysis),
     }

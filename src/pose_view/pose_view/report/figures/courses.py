@@ -15,8 +15,7 @@ from pose_core.joints import JOINT_INDEX
 from pose_evaluation.gait_cycles import PERCENT
 from pose_evaluation.limb_attitude import LIMBS, limb_attitude, limb_roll, segment_rotations
 from pose_evaluation.methods import FUSED, MEAN
-from pose_evaluation.plots import BONES_SHOWN
-from pose_evaluation.stability import bone_lengths
+from pose_evaluation.stability import BONES_SHOWN, bone_lengths
 from pose_evaluation.tables import method_label, readable
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import (

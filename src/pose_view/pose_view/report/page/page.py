@@ -33,7 +33,7 @@ EARLIEST_NS = 1_262_304_000 * 1_000_000_000  # [ns] 2010, the first Kinect's yea
 
 def verdict(analysis: Analysis) -> list[str]:
     """Summary in three sentences."""
-    views = analysis.agreement.views
+    views = analysis.views
     worst = max(views, key=_distance_cm) if views else None
     return [_how_good(analysis), _how_near(analysis, worst), _what_to_do(analysis, worst)]
 

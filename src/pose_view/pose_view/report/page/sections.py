@@ -65,7 +65,7 @@ def _accuracy(analysis: Analysis) -> Iterator[Block]:
 
 
 def _agreement(analysis: Analysis) -> Iterator[Block]:
-    yield from view_tables(analysis.agreement)
+    yield from view_tables(analysis.views)
     yield stability.method_table(analysis.angles)
 
 
