@@ -122,7 +122,7 @@ def targets() -> Iterator[Sequence[Target]]:
     model, sink = load_body_model("default"), PortConfig(name="sink")
     files: dict[str, tuple[str, Callable[[Path], object], Sequence[bytes]]] = {
         "session": ("a.yaml", load_extrinsics, [SEEDS["session"]]),
-        "mountings": ("a.yaml", load_alignments, [SEEDS["session"]]),
+        "alignments": ("a.yaml", load_alignments, [SEEDS["session"]]),
         "shape": ("a.yaml", lambda path: load_body_shape(path, model), [SEEDS["shape"]]),
         "camera": ("a.yaml", load_camera, [SEEDS["camera"]]),
         "nodes": ("a.yaml", lambda path: read_devices(path, sink), [SEEDS["nodes"]]),

@@ -1,4 +1,4 @@
-"""Exchanged IMUs are found from the limbs' directions, whatever their mountings and headings."""
+"""Exchanged IMUs are found from the limbs' directions, whatever their alignments and headings."""
 
 import numpy as np
 import pytest
@@ -42,14 +42,14 @@ def found(worn, seconds=SECONDS, slips_at=None, lost=0.0, is_planar=False, north
     deviation of its heading [rad].
     """
     rng = np.random.default_rng(1)
-    mountings, check = Rotation.random(3, random_state=2), ExchangeCheck()
+    alignments, check = Rotation.random(3, random_state=2), ExchangeCheck()
     heading = Rotation.from_euler("z", 1.0)
     for k in range(int(seconds / (PERIOD_NS * 1e-9))):
         stamp_ns = 10**18 + k * PERIOD_NS
         rotations = legs(k * PERIOD_NS * 1e-9, is_planar)
         R = [
-            (heading * rotations[SEGMENTS.index(name)] * mounting).as_matrix()
-            for name, mounting in zip(worn, mountings, strict=True)
+            (heading * rotations[SEGMENTS.index(name)] * alignment).as_matrix()
+            for name, alignment in zip(worn, alignments, strict=True)
         ]
         here = np.flatnonzero(rng.random(3) >= lost)
         states = ImuMeasurements(

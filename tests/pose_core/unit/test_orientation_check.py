@@ -22,7 +22,7 @@ def test_consistent_orientations_pass_unchanged():
     check, given = OrientationCheck(), block(noisy, rates)
     checked = check.checked(given)
     assert np.array_equal(checked.orientation, given.orientation)
-    assert not check.set_aside
+    assert not check.excluded
     assert not check.headings
 
 
@@ -49,10 +49,10 @@ def test_an_imu_with_random_orientations_is_rejected_until_consistent_for_a_seco
     check, given = OrientationCheck(), block(wild, rates)
     used = check.checked(given.rows(slice(0, 300)))
     assert used.stamps_ns[-1] <= given.stamps_ns[102]
-    assert check.set_aside == ("torso",)
+    assert check.excluded == ("torso",)
     back = check.checked(given.rows(slice(300, 500)))
     assert back.stamps_ns[0] - given.stamps_ns[300] == pytest.approx(1e9, abs=2e7)
-    assert not check.set_aside
+    assert not check.excluded
 
 
 def slipped_by(degrees, window):
@@ -68,7 +68,7 @@ def test_a_slip_is_detected_and_costs_30_ms(degrees):
     check = OrientationCheck()
     assert len(check.checked(slipped_by(degrees, slice(100, 300)))) == 297
     assert check.slips == {"torso": 1}
-    assert not check.set_aside
+    assert not check.excluded
     assert not check.headings
     assert not check.jumping
 
@@ -95,7 +95,7 @@ def test_an_imu_that_repeats_one_sample_is_rejected(speed):
     stuck = changed(orientations, slice(100, 250), lambda some: some[np.zeros(len(some), int)])
     check, given = OrientationCheck(), block(stuck, rates)
     check.checked(given.rows(slice(0, 150)))
-    assert check.set_aside == check.jumping == ("torso",)
+    assert check.excluded == check.jumping == ("torso",)
     assert len(check.checked(given.rows(slice(150, 250)))) == 0
 
 
@@ -105,7 +105,7 @@ def test_an_imu_that_repeats_its_orientation_while_its_gyroscope_turns_is_reject
     check = OrientationCheck()
     given = block(stuck, rates)
     assert len(check.checked(given.rows(slice(0, 200)))) < 140
-    assert check.set_aside == ("torso",)
+    assert check.excluded == ("torso",)
     again = check.checked(given.rows(slice(200, 400)))
     assert len(again) > 90
     assert not check.slips

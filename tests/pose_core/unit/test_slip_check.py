@@ -1,4 +1,4 @@
-"""A slipped strap is found by a segment's axes, whatever the mounting and the cameras' offsets."""
+"""A slipped strap is found by a segment's axes, whatever the alignment and the cameras' offsets."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def found(
     ``lost`` is the share of instants without a sample, of each IMU.
     """
     rng, check = np.random.default_rng(1), SlipCheck()
-    mountings, headings = Rotation.random(2, random_state=2), np.array([1.0, -0.5])
+    alignments, headings = Rotation.random(2, random_state=2), np.array([1.0, -0.5])
     offsets = rng.normal(0.0, 0.02, (cameras, len(JOINTS), 3))
     slip = Rotation.from_rotvec(np.radians(degrees) * np.array(AXES[axis]))
     step_ns = PERIOD_NS // cameras
@@ -59,9 +59,9 @@ def found(
             slip if name in slips and t > SLIP_S else Rotation.identity() for name in SEGMENTS
         ]
         R = [
-            Rotation.from_euler("z", -heading) * each * turn * mounting
-            for each, turn, mounting, heading in zip(
-                (thigh, trunk), slipped, mountings, headings, strict=True
+            Rotation.from_euler("z", -heading) * each * turn * alignment
+            for each, turn, alignment, heading in zip(
+                (thigh, trunk), slipped, alignments, headings, strict=True
             )
         ]
         here = np.flatnonzero(rng.random(2) >= lost)

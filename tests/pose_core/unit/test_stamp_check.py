@@ -66,7 +66,7 @@ def test_plausible_stamps_pass_unchanged():
     used = feed(check, 3.0, lambda true_ns: true_ns)
     assert len(used) == 91
     assert set(used.values()) == {0}
-    assert not check.set_aside
+    assert not check.excluded
     assert sum(check.counters.as_dict().values()) == 0
 
 
@@ -80,7 +80,7 @@ def test_after_a_clock_step_a_source_is_rejected_and_then_used_with_its_offset(l
     assert check.counters["clocks_taken_in_again"] == 1
     back = feed(check, 3.0, lambda true_ns: true_ns, start_s=5.0)
     assert set(back.values()) == {0}
-    assert not check.set_aside
+    assert not check.excluded
     assert not check.offsets_s
 
 
@@ -100,7 +100,7 @@ def test_a_source_of_implausible_stamps_is_rejected_and_reported(stamp_of, reaso
     used = feed(check, 5.0, stamp_of, start_s=2.0)
     assert all(abs(error_ns) <= 500 * MS for error_ns in used.values())
     assert all(at_s < 2.6 for at_s in used)
-    assert reason in check.set_aside["left"]
+    assert reason in check.excluded["left"]
     assert check.counters["clocks_set_aside"] == 1
     assert feed(check, 3.0, lambda true_ns: true_ns, start_s=7.0)
 
@@ -111,11 +111,11 @@ def test_samples_that_a_link_has_held_back_are_not_used_until_they_are_in_time(h
     feed(check, 2.0, lambda true_ns: true_ns)
     late = {"start_s": 2.0 + held_s}
     assert not feed(check, 5.0, lambda true_ns: true_ns - round(held_s * S), **late)
-    assert f"{held_s:.1f} s behind" in check.set_aside["left"]
+    assert f"{held_s:.1f} s behind" in check.excluded["left"]
     assert not check.offsets_s
     used = feed(check, 1.0, lambda true_ns: true_ns, start_s=7.0 + held_s)
     assert len(used) == 29
-    assert not check.set_aside
+    assert not check.excluded
 
 
 def test_a_lag_that_grows_slowly_is_not_taken_for_a_clock():
@@ -161,9 +161,9 @@ def test_frames_are_used_again_once_they_are_no_longer_late():
     check = StampCheck()
     feed(check, 1.0, lambda true_ns: true_ns)
     feed(check, 1.0, lambda true_ns: true_ns - S, start_s=1.0)
-    assert check.set_aside
+    assert check.excluded
     assert len(feed(check, 1.0, lambda true_ns: true_ns, start_s=2.0)) == 29
-    assert not check.set_aside
+    assert not check.excluded
 
 
 @pytest.mark.parametrize("spread_s", [0.0, 5.0])
@@ -178,7 +178,7 @@ def test_two_sources_of_one_name_are_rejected_until_one_has_stopped(spread_s):
     feed(check, 1.0, lambda true_ns: true_ns)
     used = feed(check, 4.0, of_two, start_s=1.0, period_ns=PERIOD // 2)
     assert max(used) < 1.5
-    assert check.set_aside
+    assert check.excluded
     back = feed(check, 3.0, lambda true_ns: true_ns, start_s=5.0)
     assert min(back) < 6.2
     assert set(back.values()) == {0}
@@ -211,7 +211,7 @@ def test_a_delayed_imu_is_rejected_and_the_others_are_used():
         now_ns = START + k * 10 * MS
         block = imu_block(now_ns - 400 * MS, now_ns - 5 * MS)
         assert check.imus(block, now_ns, {}).imu.tolist() == [1]
-    assert list(check.set_aside) == ["imus/torso"]
+    assert list(check.excluded) == ["imus/torso"]
 
 
 @pytest.mark.parametrize("ahead_s", [0.36, -0.7, 3.0])

@@ -14,7 +14,7 @@ from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINTS, TrackingState
 
 MODEL = load_body_model("default")
-FRAMES = 150  # enough for IMUs whose mounting is known to be aligned
+FRAMES = 150  # enough for IMUs whose alignment is known to be aligned
 
 
 def run(readings):

@@ -1,13 +1,14 @@
 r"""Measurement model of an aligned IMU.
 
 Its orientation :math:`R_{ws}` is relative to its own reference frame, whose heading in map is ψ. It
-measures the link's rotation through the mounting M, and its gyroscope measures the link's rate:
+measures the link's rotation through the sensor-to-segment rotation M, and its gyroscope measures
+the link's rate:
 
 .. math:: R_z(\psi)\,R_{ws}\,M = \exp(n)\,R_l, \quad R_z(\psi)\,R_{ws}\,\omega_s = \omega_l + n
 
 With :math:`Q = R_z(\hat\psi) R_{ws} \hat M` the residual :math:`\log(Q \hat R_l^T)` is
 :math:`\delta\theta_l - e_z\,\delta\psi - Q\,\delta m`: the link's error turns in map,
-:math:`R = \exp(\delta\theta) \hat R`, the mounting's in the link,
+:math:`R = \exp(\delta\theta) \hat R`, the sensor-to-segment rotation's in the link,
 :math:`M = \hat M \exp(\delta m)`. The noise n is independent about the link's axes, of the
 orientation with Student's t, of the rate normal. Pelvis and trunk, which bend forward within
 themselves, differ from their IMU about the lateral axis.

@@ -39,8 +39,8 @@ RESTARTED_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have r
 RESTRAPPED_NS = 2 * NS_PER_S  # [ns] over a longer one, it may have been strapped on anew
 COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
 SYSTEMATIC_STDDEV = np.radians([2.3, 2.3, 3.5, 3.0])
-"""[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
-noise; as measured on captured motion (docs/accuracy/imus.md)."""
+"""[rad] of sensor-to-segment rotation and heading by trackers' offsets and soft tissue, which the
+filter takes for noise; as measured on captured motion (docs/accuracy/imus.md)."""
 WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return
 
 
@@ -175,7 +175,7 @@ class ImuAlignments:
                 if is_contradicted(worn, self._imus, self._model.parents, state):
                     self._exclude_contradicted(worn, state)
             elif stamp_ns < worn.slipping_until_ns:
-                self._exchanges = ExchangeCheck()  # its sums are of two mountings
+                self._exchanges = ExchangeCheck()  # its sums are of two alignments
             else:
                 first = rotation_column(worn.link)
                 block = slice(first, first + 3)
@@ -235,7 +235,7 @@ class ImuAlignments:
         for _, worn in self._imus.with_link(segments):
             if worn.segment in slipped:
                 self._discard(worn, state)
-                self._exchanges = ExchangeCheck()  # its sums are of two mountings
+                self._exchanges = ExchangeCheck()  # its sums are of two alignments
             if not worn.use.is_aligned:
                 found = self._aligned(worn, state)
                 if found is None:
@@ -271,7 +271,7 @@ class ImuAlignments:
             self._exchanges = ExchangeCheck()  # its sums are of the former orientations
 
     def _aligned(self, worn: WornImu, state: FilterState) -> Alignment | None:
-        """The alignment of an IMU, with what is known of its mounting, or without if that fails."""
+        """The alignment of an IMU, with its known one, or without that if it fails."""
         known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
         if known is None and not worn.use.has_moved:
             return None
@@ -314,7 +314,7 @@ class ImuAlignments:
         self._exchanges = ExchangeCheck()  # its sums are of the former segments
 
     def _discard_known(self, worn: WornImu) -> None:
-        """Discard what is known of an IMU's mounting before it is aligned."""
+        """Discard what is known of an IMU's alignment before it is aligned."""
         worn.former_alignment = None
         self._sensor_to_segment.pop(worn.use.segment, None)
 

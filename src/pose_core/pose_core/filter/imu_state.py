@@ -12,7 +12,7 @@ from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.stamps import NS_PER_S
 
 CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU is realigned
-STRAP_WALK = np.radians(3.0)  # [rad/s] of the mounting in a gap
+STRAP_WALK = np.radians(3.0)  # [rad/s] of the sensor-to-segment rotation in a gap
 MAX_STRAP_WALK = np.radians(12.0)  # [rad]
 MIN_OTHERS = 2  # [-] aligned IMUs required to agree on north
 MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean

@@ -9,8 +9,8 @@ class Layout(NamedTuple):
     """First columns of the parts of the error state, in their order.
 
     Position (3), link rotations (3 each), slides (3 each), velocity (3), angular velocities
-    (3 each), then, for each IMU, mounting (3), heading (1) and, on a limb, the shared offset of
-    its far joint (3).
+    (3 each), then, for each IMU, sensor-to-segment rotation (3), heading (1) and, on a limb, the
+    shared offset of its far joint (3).
     """
 
     links: int

@@ -18,7 +18,7 @@ chest turned. Lateral bending is measured with the neck, so the shoulders' share
 
 The far joint of a limb that wears an aligned IMU has its offset in the filter's state, constant and
 with zero prior mean. The IMU turns with the limb, but the offset with the body's heading: where the
-limb has been in several postures, the IMU's mounting and the offset can be told apart.
+limb has been in several postures, the IMU's alignment and the offset can be told apart.
 """
 
 from typing import NamedTuple

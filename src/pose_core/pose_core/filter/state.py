@@ -13,7 +13,7 @@ from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.rotations import rotate_left, rotate_right
 
-IMU_STATES = 4  # mounting (3) and heading (1)
+IMU_STATES = 4  # sensor-to-segment rotation (3) and heading (1)
 SHARED_OFFSET_STATES = 3
 NO_COLUMN = -1
 CAMERA_TIMEOUT_S = 0.15  # [s] after its last frame, a camera is ignored
@@ -52,7 +52,7 @@ class ViewErrors(NamedTuple):
 class LinkImus(NamedTuple):
     """The IMU of each link: its alignment, and what the cameras say of it."""
 
-    R_sensor_link: FloatArray  # (links, 3, 3) its mounting
+    R_sensor_link: FloatArray  # (links, 3, 3) its sensor-to-segment rotation
     heading: FloatArray  # (links,) [rad] of its reference frame in map, about z
     column: NDArray[np.int64]  # (links,) first column of its error, or NO_COLUMN
     is_used: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
@@ -185,9 +185,9 @@ def with_imu(
     Args:
         state: The state; arrays that keep their size are changed in place.
         link: The link that the IMU is worn on.
-        R_sensor_link: Its mounting, (3, 3).
+        R_sensor_link: Its sensor-to-segment rotation, (3, 3).
         heading: Of its world in map [rad].
-        covariance: Of mounting and heading, (4, 4) [rad²].
+        covariance: Of sensor-to-segment rotation and heading, (4, 4) [rad²].
     """
     column = int(state.imus.column[link])
     if column == NO_COLUMN:

@@ -23,7 +23,7 @@ SHOWS_NS = 10 * NS_PER_S  # [ns] within which a slip shows, and the first estima
 COMPLETE_NS = 60 * NS_PER_S  # [ns] since the last IMU was aligned
 STDDEV = np.radians([3.3, 3.3, 6.0])
 """[rad] of an estimate about the segment's axes, in addition to its own; turns settle slowly."""
-MAX_SIGMAS = 3.5  # [-] by which estimates of the same mounting differ
+MAX_SIGMAS = 3.5  # [-] by which estimates of the same sensor-to-segment rotation differ
 
 
 @dataclass(kw_only=True)

@@ -185,7 +185,7 @@ class Pipeline:
         self._preprocessor.use_extrinsics(extrinsics)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
-        """Use known mountings; headings and other IMUs are still aligned from motion."""
+        """Use known alignments; headings and other IMUs are still aligned from motion."""
         self._runner.use_sensor_to_segment(alignments)
 
     @property

@@ -25,7 +25,7 @@ from pose_core.transforms import rigid_transform
 
 PLACES = {"left": (3.0, 0.0, 1.0), "right": (0.0, 3.0, 1.0)}  # [m] of the sensors, not rotated
 PERIOD_NS = 33_333_333
-FRAMES = 45  # enough to align and use an IMU with known mounting
+FRAMES = 45  # enough to align and use an IMU with a known alignment
 
 
 _warm: dict[tuple[str, str], EstimateBlock] = {}

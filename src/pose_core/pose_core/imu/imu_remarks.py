@@ -42,7 +42,7 @@ def with_remarks(use: ImuUse, imus: ImuSet, clock: Clock, span_ns: tuple[int, in
         f"its angular velocity {fault}; the orientation's change is used" if fault else "",
         f"its clock is {_ahead(clock)} the others': corrected" if clock.offset_ns else "",
         _disturbed(imus.walks.disturbed.get(name)),
-        AGAINST_GYROSCOPE if name in imus.orientations.set_aside else "",
+        AGAINST_GYROSCOPE if name in imus.orientations.excluded else "",
         "" if use.refused else imus.silence(name, *span_ns),
     )
     return replace(use, start_ns=span_ns[0], remark="; ".join(filter(None, remarks)))

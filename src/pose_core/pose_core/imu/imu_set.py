@@ -127,7 +127,7 @@ class ImuSet:
         """Segments whose IMU has sent nothing in the last 0.2 s before an instant."""
         silent = self.history.silent(stamp_ns)
         refused = self.inverse | self._undecided
-        unused = {*self.orientations.set_aside, *self.orientations.saturated, *refused}
+        unused = {*self.orientations.excluded, *self.orientations.saturated, *refused}
         return tuple(segment for segment in silent if segment not in unused)
 
     def read(self, stamp_ns: int) -> ImuMeasurements:

@@ -22,8 +22,8 @@ class ImuUse:
     frames: int = 0  # also those without a sample of it
     frames_used: int = 0
     contradictions: int = 0  # times that it had slipped or did not fit, and was aligned again
-    tilt_stddev: float = float("nan")  # [rad] of the mounting, about the axes across the link
-    turn_stddev: float = float("nan")  # [rad] of the mounting about the link's own axis
+    tilt_stddev: float = float("nan")  # [rad] of its alignment, about axes across the link
+    turn_stddev: float = float("nan")  # [rad] of its alignment, about the link's own axis
     heading_stddev: float = float("nan")  # [rad]
     noise: float = 1.0  # [-] factor of its usual noise, see pose_core.filter.imu_noise
     has_link: bool = True  # whether the body model has a link for the segment
@@ -33,7 +33,7 @@ class ImuUse:
     remark: str = ""  # what is wrong with its samples, what is used instead, and its silences
 
     def note_variance(self, variance: FloatArray) -> None:
-        """Note the variances of its mounting and heading, (4,) [rad²]."""
+        """Note the variances of its alignment and heading, (4,) [rad²]."""
         x, y, z, heading = np.sqrt(variance).tolist()
         self.tilt_stddev, self.turn_stddev, self.heading_stddev = max(x, y), z, heading
 

@@ -60,7 +60,7 @@ class _OrientationMemory(NamedTuple):
     believed: FloatArray = np.zeros((1, 4))  # orientation without the jump, by the gyroscope
     slips: NDArray[np.int64] = np.zeros(1, np.int64)  # number of slips
     heading: FloatArray = np.zeros(1)  # [rad] correction of orientations about the vertical
-    set_aside: NDArray[np.bool_] = np.zeros(1, np.bool_)
+    excluded: NDArray[np.bool_] = np.zeros(1, np.bool_)
     largest: FloatArray = np.full((1, 3), MIN_SATURATED)  # [rad/s] magnitude by axis
     repeated: NDArray[np.int64] = np.zeros((1, 3), np.int64)  # how often it has just been repeated
     saturated_ns: NDArray[np.int64] = np.zeros(1, np.int64)  # stamp of the last saturated rate
@@ -75,9 +75,9 @@ class OrientationCheck:
         self._check_samples = type_specialised(check_samples)
 
     @property
-    def set_aside(self) -> tuple[str, ...]:
+    def excluded(self) -> tuple[str, ...]:
         """Segments whose IMU is excluded."""
-        return tuple(self._rows.named(self._rows.memory.set_aside))
+        return tuple(self._rows.named(self._rows.memory.excluded))
 
     @property
     def jumping(self) -> tuple[str, ...]:
@@ -156,7 +156,7 @@ def check_samples(
             apart, tilt, turn = orientation_jump(
                 memory.orientation[i], memory.rate[i], orientation[row], rate[row], dt_s
             )
-            if apart > 0.0 and tilt < MAX_TILT and not memory.set_aside[i]:
+            if apart > 0.0 and tilt < MAX_TILT and not memory.excluded[i]:
                 memory.heading[i] -= turn
             is_stuck = repeats_orientation(memory, i, orientation[row], rate[row], dt_s)
             has_jumped = apart > 0.0 or is_stuck
@@ -174,14 +174,14 @@ def check_samples(
         if has_jumped:
             memory.jumps[i] = min(memory.jumps[i] + 1.0, TOLERATED + 1.0)
             memory.jump_ns[i] = stamps_ns[row]
-            memory.set_aside[i] |= memory.jumps[i] > TOLERATED
-        elif memory.set_aside[i] and stamps_ns[row] - memory.jump_ns[i] > STEADY_NS:
-            memory.set_aside[i], memory.jumps[i] = False, 0.0
+            memory.excluded[i] |= memory.jumps[i] > TOLERATED
+        elif memory.excluded[i] and stamps_ns[row] - memory.jump_ns[i] > STEADY_NS:
+            memory.excluded[i], memory.jumps[i] = False, 0.0
         if may_have_slipped and stamps_ns[row] - memory.jump_ns[i] > SLIP_NS:
             may_have_slipped = False
             memory.slips[i] += 1
-        memory.is_doubted[i] = may_have_slipped and not memory.set_aside[i]
-        is_used[row] = not (has_jumped or memory.is_doubted[i] or memory.set_aside[i] or saturated)
+        memory.is_doubted[i] = may_have_slipped and not memory.excluded[i]
+        is_used[row] = not (has_jumped or memory.is_doubted[i] or memory.excluded[i] or saturated)
         memory.saturated[i] += saturated
         memory.stamp_ns[i] = stamps_ns[row]
         for k in range(4):

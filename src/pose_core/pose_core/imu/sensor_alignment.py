@@ -1,7 +1,8 @@
-r"""Sensor-to-segment alignment from motion: mounting of an IMU on its link, and its heading.
+r"""Sensor-to-segment alignment from motion: rotation of an IMU on its link, and its heading.
 
 The cameras observe a link's axes :math:`d_k` in map with weights :math:`w_k`. For an IMU of
-orientation :math:`R_{ws}`, the best mounting M and heading ψ of its reference frame maximise
+orientation :math:`R_{ws}`, the best sensor-to-segment rotation M, and heading ψ of its reference
+frame, maximise
 
 .. math:: J(\psi, M) = \sum_t \sum_k w_k\, d_k \cdot R_z(\psi)\,R_{ws}\,M\,e_k
           = \langle M, C(\psi) \rangle, \quad
@@ -41,7 +42,7 @@ HEADING_PARTS = np.array(
 TURNED_OVER = np.diag([1.0, -1.0, -1.0])  # F
 ALL_PARTS = np.concatenate([HEADING_PARTS, TURNED_OVER @ HEADING_PARTS[1:]])
 """The same, and F parts[1], F parts[2]; F parts[0] is -parts[0]."""
-PRIOR_STDDEV = 1.0  # [rad] prior of mounting and heading about the best solution
+PRIOR_STDDEV = 1.0  # [rad] prior of sensor-to-segment rotation and heading about the best solution
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 NORTH_STDDEV = 0.3  # [rad] of an IMU's heading about that of the other IMUs that know north
 DISTURBED_SHARE = 0.05  # [-] share of such IMUs in a more disturbed field
@@ -56,14 +57,14 @@ MIN_LEAD = 4.0  # [-] required lead of the best heading in log-likelihood
 MIN_LATER_LEAD = 2.0  # [-] the same after ``JUDGED_S``: upright, few headings are excluded
 MIN_SPINE_LEAD = 1.0  # [-] the same of pelvis and trunk: who stays upright turns only about z
 MAX_HEADING_STDDEV = 0.31  # [rad]
-MAX_SPINE_HEADING_STDDEV = 0.45  # [rad] of these after ``JUDGED_S``: the mounting takes it up
+MAX_SPINE_HEADING_STDDEV = 0.45  # [rad] of these after ``JUDGED_S``: the rotation takes it up
 MAX_TILT_STDDEV = 0.26  # [rad] about the axes across the link
 JUDGED_S = 15.0  # [s] in view before a lack of fit or of lead is judged
 MAX_MISFIT = 1.1  # [-] above which the IMU's motion does not fit the link
 MAX_ARM_MISFIT = 4.5  # [-] the same for arms, where trackers have larger errors
 STRICT_MISFIT = 1.5  # [-] the same for those that the cameras have contradicted repeatedly
 KNOWN_MISFIT = 3.0
-"""[-] times as much is allowed for a known mounting: a link that the other IMUs have steadied is
+"""[-] times as much is allowed for a known alignment: a link that the other IMUs have steadied is
 stated to be surer than its tracker's errors let it be."""
 
 
@@ -73,7 +74,7 @@ class Alignment:
 
     heading: float  # [rad] of the IMU's reference frame in map
     R_sensor_link: FloatArray  # (3, 3)
-    covariance: FloatArray  # (4, 4) [rad²] of the mounting in the link's axes, and the heading
+    covariance: FloatArray  # (4, 4) [rad²] of the rotation in the link's axes, and the heading
     lead: float  # [-] lead in log-likelihood over the next different solution
 
 
@@ -148,7 +149,7 @@ class SegmentAlignment:
 
     def solve(
         self,
-        mounting: SensorToSegment | None = None,
+        known: SensorToSegment | None = None,
         north: float | None = None,
         *,
         is_doubtful: bool = False,
@@ -156,21 +157,21 @@ class SegmentAlignment:
         """Return the alignment, or None while it is too uncertain.
 
         Args:
-            mounting: Known mounting of a calibration; then only the heading is estimated.
+            known: Known alignment of a calibration; then only the heading is estimated.
             north: Heading in map [rad] of the other IMUs that know north, if this one does.
-            is_doubtful: Whether the mounting may have changed; then it has to fit better.
+            is_doubtful: Whether the known alignment may have changed; then it has to fit better.
         """
         if not np.any(self._sums):
             return None
-        if mounting is None:
+        if known is None:
             found = best_alignment(self._sums, north)
         else:
-            found = best_heading(self._sums, mounting)
+            found = best_heading(self._sums, known)
         stddev = np.sqrt(np.diag(found.covariance))
         # Mean squared distance of the axes from the solution's, over its expected variance.
         weight, axis_s = self._total
         fitted = np.sum(found.R_sensor_link * _cost_matrix(self._sums, found.heading))
-        is_trusted = mounting is not None and not is_doubtful
+        is_trusted = known is not None and not is_doubtful
         most_misfit = self._most_misfit * (KNOWN_MISFIT if is_trusted else 1.0)
         fits = 2.0 * (weight - fitted) / max(axis_s, 1e-9) <= most_misfit
         is_long_seen = bool(self._total[1] > 3.0 * JUDGED_S)
@@ -256,17 +257,17 @@ def best_alignment(sums: FloatArray, north: float | None) -> Alignment:
     )
 
 
-def best_heading(sums: FloatArray, mounting: SensorToSegment) -> Alignment:
-    """Maximise J over the heading only, for a known mounting, in closed form.
+def best_heading(sums: FloatArray, known: SensorToSegment) -> Alignment:
+    """Maximise J over the heading only, for a known sensor-to-segment rotation, in closed form.
 
     Args:
         sums: See :func:`accumulate`, (5, 3, 3) [s/rad²].
-        mounting: The known mounting.
+        known: The known sensor-to-segment rotation.
     """
-    M = mounting.R_sensor_segment
+    M = known.R_sensor_segment
     cosine, sine = float(np.sum(M * sums[1])), float(np.sum(M * sums[2]))
     size = float(np.hypot(cosine, sine))
-    covariance = np.diag([*np.square(mounting.stddev), 1.0 / (SAMPLES_PER_S * size + 1e-9)])
+    covariance = np.diag([*np.square(known.stddev), 1.0 / (SAMPLES_PER_S * size + 1e-9)])
     # The opposite heading is the other solution.
     return Alignment(
         heading=float(np.arctan2(sine, cosine)),
@@ -308,7 +309,7 @@ def best_rotation(C: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _covariance(
     sums: FloatArray, heading: float, M: FloatArray, heading_stddev: float
 ) -> FloatArray:
-    """Inverse of J's curvature in (mounting, heading), with a prior, (4, 4) [rad²]."""
+    """Inverse of J's curvature in (rotation, heading), with a prior, (4, 4) [rad²]."""
     cosine, sine = np.cos(heading), np.sin(heading)
     S = M.T @ _cost_matrix(sums, heading)
     slope = M.T @ (cosine * sums[2] - sine * sums[1])

@@ -105,7 +105,7 @@ class PersonPipelines:
             pipeline.use_clocks(clocks)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
-        """Use known mountings of the subject's IMUs; see :class:`Pipeline`."""
+        """Use known alignments of the subject's IMUs; see :class:`Pipeline`."""
         self._alignments = alignments
         self.subject.use_sensor_to_segment(alignments)
 

@@ -153,7 +153,7 @@ class PeoplePipeline:
         self._pipelines.use_clocks(clocks)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
-        """Use known mountings; headings and other IMUs are still aligned from motion."""
+        """Use known alignments; headings and other IMUs are still aligned from motion."""
         self._pipelines.use_sensor_to_segment(alignments)
 
     def use_shape(self, shape: BodyShape) -> None:

@@ -78,7 +78,7 @@ class StampCheck:
         self._sources: dict[str, _Source] = {}
 
     @property
-    def set_aside(self) -> Mapping[str, str]:
+    def excluded(self) -> Mapping[str, str]:
         """Reasons of the exclusion, by source."""
         return {name: each.reason for name, each in self._sources.items() if each.reason}
 
@@ -146,7 +146,8 @@ class StampCheck:
             source.reason = ""
         if fault or source.reason:
             self._note_fault(source, fault, lag_ns, stamp_ns)
-            return self._try_again(source, stamp_ns, arrival_ns)
+            self._try_offset(source, stamp_ns, arrival_ns)
+            return False
         source.repeated, source.has_stepped = 0, False
         source.trial_stamp_ns = None
         elapsed_s = 0.0 if source.last_ns is None else (stamp - source.last_ns) / NS_PER_S
@@ -187,8 +188,8 @@ class StampCheck:
         source.reason = ZERO if is_zero else text[fault]
         source.is_behind &= fault == "stamps_too_old"
 
-    def _try_again(self, source: _Source, stamp_ns: int, arrival_ns: int) -> bool:
-        """Whether the clock has run steadily for long enough to use its new offset."""
+    def _try_offset(self, source: _Source, stamp_ns: int, arrival_ns: int) -> None:
+        """Use the source again, with its new offset, once its clock has run steadily."""
         lags_ns, before_ns = source.trial_lags_ns, source.trial_stamp_ns
         lag_ns = arrival_ns - stamp_ns
         is_steady = (
@@ -200,10 +201,10 @@ class StampCheck:
         if not is_steady:
             source.trial_since_ns = arrival_ns
             source.trial_lags_ns = [lag_ns]
-            return False
+            return
         lags_ns.append(lag_ns)
         if arrival_ns - source.trial_since_ns < STEADY_NS or len(lags_ns) < FEWEST:
-            return False
+            return
         least_ns = min(lags_ns)
         corrected_ns = least_ns - source.offset_ns
         may_be_slow = any(
@@ -212,9 +213,8 @@ class StampCheck:
         is_held_back = corrected_ns > source.largest_lag_ns and not source.has_stepped
         if may_be_slow or is_held_back:
             del lags_ns[: len(lags_ns) // 2]
-            return False
+            return
         self._readmit(source, least_ns)
-        return False
 
     def _readmit(self, source: _Source, least_lag_ns: int) -> None:
         """Use a source again, with the offset that its stamps show now."""

@@ -160,7 +160,7 @@ class FusionReporter:
     @property
     def excluded(self) -> Mapping[str, str]:
         """Sources whose stamps are implausible, and why."""
-        return self._stamp_check.set_aside if self._stamp_check is not None else {}
+        return self._stamp_check.excluded if self._stamp_check is not None else {}
 
     def _camera_remarks(self) -> Iterator[str]:
         """Sources with implausible stamps, and cameras whose frames are of little use."""
@@ -258,10 +258,10 @@ class FusionReporter:
         """Excluded sources, and corrections of clocks that have jumped."""
         if self._stamp_check is None:
             return {}
-        set_aside = "; ".join(f"{source}: {why}" for source, why in self.excluded.items())
+        excluded = "; ".join(f"{source}: {why}" for source, why in self.excluded.items())
         corrected = self._stamp_check.offsets_s.items()
         return {
-            "sources_set_aside": set_aside or "none",
+            "sources_set_aside": excluded or "none",
             **{f"clock_leapt_s/{source}": f"{-offset_s:.3f}" for source, offset_s in corrected},
             **self._stamp_check.counters.as_dict(),
         }
