@@ -84,7 +84,6 @@ BEYOND_THE_DOOR = {
     },
     # It shows how the first compilation goes, and waits for IMUs in the live graph.
     "pose_fusion": {
-        "pose_core.fusion.sample_buffer",
         "pose_core.kernels.compiling",
         "pose_core.kernels.rotations",
     },

@@ -23,8 +23,6 @@ from pose_core.api import (
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError
-from pose_core.fusion import sample_buffer
-from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.sample_reader import read_imus
@@ -41,8 +39,6 @@ SENSOR_QOS = sensor_data(DEPTH)
 
 class ImuCalibrationNode(Node):
     """Passes samples to an :class:`ImuCalibration`, once the poses of the Kinects are known.
-
-    Samples of the last half minute before that are used, too.
 
     Args:
         parameters: Of the calibration.
@@ -61,12 +57,10 @@ class ImuCalibrationNode(Node):
             "malformed_transforms",
             "malformed_clocks",
             "imu_without_orientation",
-            *sample_buffer.COUNTERS,
         )
         self._selector = ChosenPerson(parameters.person, extrinsics)
         self._static_transforms = StaticTransforms()
         self._clocks: dict[str, Clock] = {}
-        self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(self.counters)
         self._imus = Inbox(self, Imu, {name: imu_topic(name) for name in SEGMENTS}, SENSOR_QOS)
         for sensor in parameters.sensors:
             callback = partial(self._on_skeletons, sensor)
@@ -100,8 +94,6 @@ class ImuCalibrationNode(Node):
                 self.extrinsics = replace(found, clocks=dict(self._clocks))
                 self._selector.use_extrinsics(self.extrinsics)
                 self.calibration = ImuCalibration(self._settings, self.extrinsics)
-                while self._waiting:
-                    self.calibration.add(self._waiting.popleft())
 
     def _on_clock(self, message: TimeReference) -> None:
         with self._rejecting("malformed_clocks"):
@@ -131,9 +123,7 @@ class ImuCalibrationNode(Node):
             self._take(read_imus(taken, self.counters))
 
     def _take(self, sample: SkeletonSample | ImuBlock) -> None:
-        if self.calibration is None:
-            self._waiting.add(sample)
-        else:
+        if self.calibration is not None:
             self.calibration.add(sample)
 
 
