@@ -23,6 +23,7 @@ from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINTS
 from pose_core.stamps import nanoseconds
 from pose_fusion.conversions import to_static_tf
+from pose_fusion.nodes import fusion as fusion_module
 from pose_fusion.nodes.fusion import FusionNode
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -279,3 +280,38 @@ def test_an_unused_camera_is_reported(make_placed_fusion, ros_context, spin_unti
         return any("not used: back" in message.status[0].message for message in diagnostics)
 
     spin_until(says_so, what="the sensor's name")
+
+
+CHECKED = 40  # samples between two checks
+
+
+class Log:
+    """Keeps a node's lines, each with its level."""
+
+    def __init__(self):
+        self.lines = []
+
+    def info(self, text, **_):
+        self.lines.append(("info", text))
+
+    def warning(self, text, **_):
+        self.lines.append(("warning", text))
+
+
+def test_a_camera_that_is_lost_and_comes_back_is_logged_once_each(make_placed_fusion, monkeypatch):
+    log = Log()
+    monkeypatch.setattr(FusionNode, "get_logger", lambda _: log)
+    monkeypatch.setattr(fusion_module, "LOG_PERIOD_S", 0.0)
+    node = make_placed_fusion(use_imus=False)
+    _, dof = motion(12.0)
+    rng = np.random.default_rng(3)
+    samples = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), rng, 0.005)
+    log.lines.clear()
+    for begin in range(0, len(samples), CHECKED):
+        for sample in samples[begin : begin + CHECKED]:
+            if sample.sensor == "left" or not 0.5 < begin / len(samples) < 0.75:
+                node.pipeline.add([sample])
+        node._check_sources()
+        node.report()
+    told = [(level, "right does not show" in text) for level, text in log.lines]
+    assert told == [("info", False), ("warning", True), ("info", False)]
