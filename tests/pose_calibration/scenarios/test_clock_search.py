@@ -182,10 +182,17 @@ def test_a_single_imus_clock_does_not_spoil_the_common_one():
 def test_where_half_of_the_imus_differ_no_clock_is_accused():
     ahead = {name: Delay(estimate_s=0.1, stddev_s=0.02) for name in ("left_thigh", "left_shank")}
     ahead |= {name: Delay(estimate_s=-0.1, stddev_s=0.02) for name in ("torso", "right_thigh")}
-    assert not clearly_apart(ahead)
-    assert set(clearly_apart({**ahead, "torso": Delay(estimate_s=0.0, stddev_s=0.02)})) == set()
+    assert not clearly_apart(ahead, {})
+    assert not clearly_apart({**ahead, "torso": Delay(estimate_s=0.0, stddev_s=0.02)}, {})
     sound = {name: Delay(estimate_s=0.0, stddev_s=0.02) for name in ("torso", "head", "pelvis")}
-    assert set(clearly_apart({**sound, "left_thigh": ahead["left_thigh"]})) == {"left_thigh"}
+    assert set(clearly_apart({**sound, "left_thigh": ahead["left_thigh"]}, {})) == {"left_thigh"}
+
+
+def test_a_clock_is_not_accused_of_what_would_have_its_samples_arrive_before_they_are_taken():
+    sound = {name: Delay(estimate_s=0.0, stddev_s=0.02) for name in ("torso", "head", "pelvis")}
+    behind = {**sound, "left_thigh": Delay(estimate_s=-0.13, stddev_s=0.02)}
+    assert clearly_apart(behind, {"left_thigh": 0.0}) == {}
+    assert set(clearly_apart(behind, {"left_thigh": -0.12})) == {"left_thigh"}
 
 
 def test_live_an_imus_clock_is_corrected_until_it_is_right_again():

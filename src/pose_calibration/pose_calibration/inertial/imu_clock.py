@@ -43,7 +43,9 @@ WINDOW_S = 30.0  # [s] in which a delay is measured, to find the drift
 MAX_WINDOWS = 20  # [-]
 NEAR_S = 0.1  # [s] about a known offset
 LIMBS_LAG_STDDEV_S = 0.02  # [s] of a tracker's lag between limbs
-CLEARLY = 4.0  # [-] standard deviations from most other IMUs; sound ones are apart by up to 3.1
+SAME_LEAD_S = 0.06  # [s] within which the arrival of an IMU's samples agrees with its motion
+CLEARLY = 4.0  # [-] standard deviations from most other IMUs, if its samples arrive accordingly
+VERY_CLEARLY = 6.0  # [-] if they do not; sound IMUs are apart by up to 4.7
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +87,8 @@ def imu_findings(
     offset_s = delay.estimate_s + TRACKER_DELAY_S
     if not np.isfinite(delay.stddev_s) or abs(offset_s) > max_offset_s:
         return ImuFindings(offset_s=0.0, offset_stddev_s=np.inf, clocks={}, gravity=None)
-    apart = clearly_apart(imus_ahead(searched, verticals, delay.estimate_s))
+    leads_s = {exchanged.get(name, name): each for name, each in memory.leads_s.items()}
+    apart = clearly_apart(imus_ahead(searched, verticals, delay.estimate_s), leads_s)
     if apart:  # they have spoilt the common offset
         verticals = in_time(verticals, apart)
         again = measure_imu_delay(searched, verticals, NEAR_S, delay.estimate_s)
@@ -138,12 +141,23 @@ def imus_ahead(
     }
 
 
-def clearly_apart(ahead: Mapping[str, Delay]) -> dict[str, Delay]:
+def clearly_apart(ahead: Mapping[str, Delay], leads_s: Mapping[str, float]) -> dict[str, Delay]:
     """The IMUs whose clocks are clearly ahead of the others' or behind them.
 
     None if they are not a minority: then it is unknown which clocks are right.
+
+    Args:
+        ahead: By how much each is ahead by its motion, by segment.
+        leads_s: By how much each is ahead of the samples that arrive with its own [s], by segment.
+            Samples that are late, and stamped when they arrive, are ahead by their motion alone.
+            None are behind alone: they would arrive before they are taken.
     """
-    apart = {name: x for name, x in ahead.items() if abs(x.estimate_s) > CLEARLY * x.stddev_s}
+    apart = {}
+    for segment, own in ahead.items():
+        unconfirmed_s = own.estimate_s - leads_s.get(segment, own.estimate_s)
+        least = CLEARLY if abs(unconfirmed_s) < SAME_LEAD_S else VERY_CLEARLY
+        if abs(own.estimate_s) > least * own.stddev_s and unconfirmed_s > -SAME_LEAD_S:
+            apart[segment] = own
     return apart if 2 * len(apart) < len(ahead) else {}
 
 

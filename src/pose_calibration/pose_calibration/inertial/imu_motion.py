@@ -9,6 +9,7 @@ combination of :math:`g` fits :math:`u \cdot b` best:
 .. math:: \min_{\tau} \sum_{limbs} n \log \min_a \sum_t (u \cdot b(t) - a \cdot g(t + \tau))^2
 """
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -23,7 +24,7 @@ from pose_core.finite_numbers import are_known
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck
 from pose_core.imu.burst_stamps import BurstStamps
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, other_side
-from pose_core.stamps import JUMP_BACK_NS
+from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 GRID_RATE = 50.0  # [Hz]
 MIN_DURATION_S = 4.0  # [s] of a limb in view
@@ -38,6 +39,7 @@ UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: such limbs a
 MIN_LIMBS = 3  # [-] in all views together, unless the shift is very clear: one may be wrong
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag between motions
 FINE = 3  # [-] half width of the parabola's fit, in steps of the grid
+LEADS_KEPT = 2000  # [-] of an IMU
 EVERY_NS = 19_000_000  # [ns] smallest interval between stored samples
 EACH_REACH_S = 0.4  # [s] half width of the search for a single IMU's delay about the common one
 EACH_DECISIVE = 30.0  # [-] as DECISIVE, for a single IMU, or fewer limbs
@@ -60,6 +62,7 @@ class ImuMemory:
         self._bursts = BurstStamps()
         self._rates = AngularVelocityCheck()  # finds the inverse ones
         self._samples: dict[str, list[tuple[int, FloatArray]]] = {}  # stamp [ns], quaternion
+        self._leads_ns: dict[str, deque[float]] = {}  # before the other IMUs, as samples arrive
 
     @property
     def segments(self) -> tuple[str, ...]:
@@ -71,10 +74,19 @@ class ImuMemory:
         block = block.rows(np.flatnonzero(np.isfinite(block.orientation).all(axis=1)))
         block = self._bursts.restored(block)
         self._rates.checked(block)
-        samples = zip(block.imu.tolist(), block.stamps_ns.tolist(), strict=True)
+        samples = list(zip(block.imu.tolist(), block.stamps_ns.tolist(), strict=True))
+        newest_ns = dict(samples)  # of each IMU, its last sample
+        for imu, stamp_ns in newest_ns.items():
+            leads_ns = self._leads_ns.setdefault(block.segments[imu], deque(maxlen=LEADS_KEPT))
+            leads_ns.append(stamp_ns - float(np.median([*newest_ns.values()])))
         for row, (imu, stamp_ns) in enumerate(samples):
             if block.segments[imu] in SEGMENT_ENDS:
                 self._add(block.segments[imu], stamp_ns, block.orientation, row)
+
+    @property
+    def leads_s(self) -> dict[str, float]:
+        """By how much each IMU's stamps are ahead of the others' that arrive with them [s]."""
+        return {name: float(np.median(each)) / NS_PER_S for name, each in self._leads_ns.items()}
 
     def _add(self, segment: str, stamp_ns: int, orientation: FloatArray, row: int) -> None:
         samples = self._samples.setdefault(segment, [])

@@ -185,7 +185,8 @@ class ClockTracker:
         self._single_due_ns = self._due_ns + WINDOW_NS
         # The clocks of single IMUs that differ from the common one.
         ahead = imus_ahead(views, verticals, offset.offset_s - TRACKER_DELAY_S)
-        apart = clearly_apart(ahead)
+        leads_s = {exchanged.get(name, name): each for name, each in imus.leads_s.items()}
+        apart = clearly_apart(ahead, leads_s)
         for segment, one in ahead.items():
             source = ONE_IMU + exchanged.get(segment, segment)
             nearest_s = min(NEAR_S, abs(one.estimate_s))  # nearer to the known one than to zero
