@@ -146,6 +146,26 @@ def test_an_imu_is_used_again_soon_after_a_pause_also_if_it_was_strapped_on_anew
     assert use.contradictions == int(is_moved)
 
 
+def test_an_imu_that_returns_after_a_second_with_another_heading_does_not_turn_the_limb(session):
+    t, dof, skeletons, imus = session
+    name, pause_ns = "right_forearm", (START_NS + 15 * S, START_NS + 16 * S)
+    turn = Rotation.from_euler("z", 120.0, degrees=True)
+    heard = [
+        replace(s, orientation=(turn * Rotation.from_quat(s.orientation)).as_quat())
+        if s.segment == name and s.stamp_ns >= pause_ns[1]
+        else s
+        for s in imus
+        if s.segment != name or not pause_ns[0] < s.stamp_ns < pause_ns[1]
+    ]
+    pipeline, estimates = run(merged(skeletons, heard))
+    _, by_cameras = run(skeletons)
+    use = uses_of(pipeline)[name]
+    assert use.aligned_ns > pause_ns[1]
+    assert not use.contradictions  # the cameras need not contradict it first
+    after = [[e for e in each if e.stamp_ns > pause_ns[0]] for each in (estimates, by_cameras)]
+    assert rms_deg(after[0], t, dof) < 0.8 * rms_deg(after[1], t, dof)
+
+
 def test_an_imu_of_an_unknown_segment_is_reported(session):
     _, _, skeletons, imus = session
     torso = [replace(s, segment="tail") for s in imus if s.segment == "torso"]

@@ -13,6 +13,7 @@ from pose_core.filter.imu_state import (
     CONTRADICTED_S,
     after_gap,
     alignment_of,
+    has_turned,
     is_contradicted,
     north_of,
 )
@@ -35,6 +36,7 @@ from pose_core.stamps import NS_PER_S
 SOLVE_PERIOD_NS = NS_PER_S // 2
 MISLED_STDDEV = 1.0  # [rad] of the link that such an IMU has turned
 MAX_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
+UNCHECKED_NS = NS_PER_S // 10  # [ns] over a longer gap, no gyroscope checks the orientation
 RESTARTED_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
 RESTRAPPED_NS = 2 * NS_PER_S  # [ns] over a longer one, it may have been strapped on anew
 COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
@@ -129,7 +131,11 @@ class ImuAlignments:
                 walk = WALK_SHARE * (imus.heading_walks[worn.use.segment] - SOUND)
                 heading = state.imus.column[worn.link] + 3
                 state.P[heading, heading] += walk**2 * max(gap_ns, 0) / NS_PER_S
-            if gap_ns > RESTRAPPED_NS or (gap_ns > RESTARTED_NS and not worn.knows_north):
+            if (
+                gap_ns > RESTRAPPED_NS
+                or (gap_ns > RESTARTED_NS and not worn.knows_north)
+                or (gap_ns > UNCHECKED_NS and has_turned(worn, imus.R_world_sensor[row], state))
+            ):
                 if worn.use.is_aligned:
                     worn.former_alignment = after_gap(self._alignment_of(worn, state), gap_ns)
                     worn.may_be_restrapped = gap_ns > RESTRAPPED_NS

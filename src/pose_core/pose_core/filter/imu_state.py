@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.arrays import FloatArray
 from pose_core.filter.state import FilterState
 from pose_core.filter.worn_imus import WornImu
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -14,6 +15,7 @@ from pose_core.stamps import NS_PER_S
 CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU is realigned
 STRAP_WALK = np.radians(3.0)  # [rad/s] of the sensor-to-segment rotation in a gap
 MAX_STRAP_WALK = np.radians(12.0)  # [rad]
+RESTARTED_TURN = np.radians(60.0)  # [rad] of a link by its IMU against the cameras after a gap
 MIN_OTHERS = 2  # [-] aligned IMUs required to agree on north
 MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean
 
@@ -34,6 +36,23 @@ def after_gap(alignment: SensorToSegment, gap_ns: int) -> SensorToSegment:
     """An alignment after a gap, in which the sensor may have been moved."""
     moved = min(STRAP_WALK * gap_ns / NS_PER_S, MAX_STRAP_WALK)
     return replace(alignment, stddev=np.hypot(alignment.stddev, moved))
+
+
+def has_turned(worn: WornImu, R_world_sensor: FloatArray, state: FilterState) -> bool:
+    """Whether an aligned IMU is turned by more than a link turns unseen in a short gap.
+
+    Args:
+        worn: The IMU.
+        R_world_sensor: Its orientation after the gap, (3, 3).
+        state: State of the filter, predicted over the gap.
+    """
+    if not worn.use.is_aligned:
+        return False
+    cosine, sine = np.cos(state.imus.heading[worn.link]), np.sin(state.imus.heading[worn.link])
+    R_map_world = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    measured = R_map_world @ R_world_sensor @ state.imus.R_sensor_link[worn.link]
+    turned = np.trace(measured.T @ state.pose.rotations[worn.link])
+    return bool(0.5 * (turned - 1.0) < np.cos(RESTARTED_TURN))
 
 
 def north_of(worn: WornImu, imus: Iterable[WornImu], state: FilterState) -> float | None:
