@@ -88,6 +88,17 @@ def test_a_person_who_left_is_identified_on_return():
     assert pipeline.remembered == {"subject", "person_2"}
 
 
+@pytest.mark.parametrize(("scale", "is_doubted"), [(1.0, False), (0.87, True)])
+def test_somebody_a_little_smaller_who_comes_instead_is_doubted(scale, is_doubted):
+    def there(_, index, time_s):
+        return time_s < 3.0 if index == 0 else time_s > 4.0
+
+    people = [walker((2.5, 0.0), (0.0, 0.0)), walker((2.5, 0.0), (0.0, 0.0), scale=scale)]
+    _, pipeline = fused(frames_of(people, 8.0, there=there))
+    assert pipeline.people == ("subject",)
+    assert pipeline.is_doubted == is_doubted
+
+
 @pytest.mark.parametrize("is_live", [False, True])
 def test_imus_while_a_returning_person_is_held_back_make_no_frame_late(is_live):
     def there(_, index, time_s):

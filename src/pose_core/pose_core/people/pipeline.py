@@ -126,6 +126,11 @@ class PeoplePipeline:
         return self._people.holds_back
 
     @property
+    def is_doubted(self) -> bool:
+        """Whether the subject came back with another size than before, and may be somebody else."""
+        return self.choice.number in self._people.differing
+
+    @property
     def status(self) -> str:
         """State of the subject's pipeline, as text for people."""
         is_chosen = self.choice.number is not None

@@ -43,7 +43,8 @@ class Reidentification:
 
     def __init__(self, counters: Counters) -> None:
         self._counters = counters
-        self._doubts: set[int] = set()  # numbers of those who came back and are not measured yet
+        self._doubts: set[int] = set()  # numbers of those who came back, until they fit their size
+        self.differing: set[int] = set()  # of these, those whose size has been compared
 
     def match(
         self, newcomers: Sequence[PersonTrack], absent: Sequence[PersonTrack]
@@ -136,6 +137,7 @@ class Reidentification:
         """Drop the recent size and the doubts of somebody who has left."""
         track.recent_size = None
         self._doubts.discard(track.number)
+        self.differing.discard(track.number)
 
     def update_size(
         self,
@@ -160,9 +162,11 @@ class Reidentification:
                 return False
             ratio = recent.log_likelihood_ratio(track.size)
             if ratio < OTHER_SIZE:
+                self.differing.add(track.number)
                 others = [recent.log_likelihood_ratio(other.size) for other in absent]
                 return ratio < STRANGER or max(others, default=ratio) > ratio + SWAPPED
             self._doubts.remove(track.number)
+            self.differing.discard(track.number)
         track.size.merge(recent)
         track.recent_size = None
         return False

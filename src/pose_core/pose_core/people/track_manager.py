@@ -4,6 +4,8 @@ Somebody new is tentative first: trackers show ghosts for moments. Who is not se
 absent, and is compared with everybody who comes later (:mod:`reidentification`).
 """
 
+from collections.abc import Collection
+
 import numpy as np
 
 from pose_core.arrays import FloatArray
@@ -56,6 +58,11 @@ class TrackManager:
     def present(self) -> list[PersonTrack]:
         """Everybody in view, in the order in which they came."""
         return self.of(Presence.PRESENT)
+
+    @property
+    def differing(self) -> Collection[int]:
+        """Numbers of those who came back with another size than before: somebody else?"""
+        return self._reidentification.differing
 
     @property
     def in_view(self) -> list[PersonTrack]:

@@ -10,6 +10,10 @@ from pose_fusion.watching.cameras import MISSED_CHECKS, NO_IMUS, UNDECIDED
 from pose_node.node_status import Level, Report
 
 APART_M = 0.15  # [m] of the cameras' views of the subject; late trackers cause a part of it
+DOUBTED = (
+    "the subject has come back with other bone lengths: if this is somebody else, stop the graph "
+    "and start it again, so that they are measured"
+)
 
 
 class FusionReporter:
@@ -75,6 +79,8 @@ class FusionReporter:
             missing.add("views")
         if subject.imus_late_s:
             missing.add("the IMUs' clock")
+        if self._pipeline.is_doubted:
+            missing.add("the subject's size")
         return missing if self._is_tracking else {*missing, "everything"}
 
     def report(
@@ -106,6 +112,7 @@ class FusionReporter:
             or unheard_imus
         )
         remarks = [
+            *([DOUBTED] if self._pipeline.is_doubted else []),
             *_publisher_remarks(publishers or {}),
             *self._camera_remarks(),
             *self._imu_remarks(unheard_imus),
@@ -174,7 +181,7 @@ class FusionReporter:
                 yield f"{sensor} does not show the subject: {why}"
         for sensor, why in self._watch.faulty.items():
             yield f"{sensor}: {why}"
-        if self._apart_checks > MISSED_CHECKS:
+        if self._apart_checks > MISSED_CHECKS and not self._pipeline.is_doubted:
             what = f"the cameras' views are {self._apart_m:.2f} m apart"
             yield f"{what}: calibrate again if one has been moved"
         for sensor, joints in self._held_joints.items():
