@@ -74,9 +74,9 @@ def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
             yield line.format(counts[name])
     if counts.get("sides_swapped", 0) > NOTABLE_SWAPS * counts["frames"]:
         yield (
-            f"a tracker exchanged left and right in {counts['sides_swapped']} of "
-            f"{counts['frames']} frames, which were put right: turn off its mirroring, or see "
-            "that it sees the person's front"
+            f"trackers exchanged left and right of {counts['sides_swapped']} pairs of limbs in "
+            f"{counts['frames']} frames, which were put right: turn off their mirroring, or see "
+            "that they see the person's front"
         )
 
 

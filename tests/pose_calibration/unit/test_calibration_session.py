@@ -160,6 +160,22 @@ def test_imus_whose_stamps_are_that_far_apart_get_the_clock_of_what_was_recorded
         assert found.clocks[IMUS].stddev_s == pytest.approx(0.1)
 
 
+def test_a_reference_that_sees_nobody_for_most_of_a_recording_makes_no_clock_wrong():
+    known = replace(calibrate(samples(), ["left", "right"]).extrinsics, clocks={})
+    ones = samples()
+    begin_ns, end_ns = ones[0].stamp_ns, ones[-1].stamp_ns
+    leaves_ns = begin_ns + 3 * (end_ns - begin_ns) // 10
+    recorded = [
+        each
+        for one in ones
+        for each in (
+            [] if one.sensor == "left" and one.stamp_ns > leaves_ns else [one],
+            imu_at(one.stamp_ns),
+        )
+    ]
+    assert complete(recorded, known).clocks == {}
+
+
 def imu_at(stamp_ns):
     return block_of(
         ImuSample(

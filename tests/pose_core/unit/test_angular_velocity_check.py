@@ -34,6 +34,13 @@ def test_a_wrong_angular_velocity_is_reported_and_replaced_by_the_orientation_di
     assert rms(checked.angular_velocity[late] - rates[late]) < 0.05 * rms(rates[late])
 
 
+def test_an_angular_velocity_in_degrees_per_second_is_replaced_from_the_first_turn_on():
+    orientations, rates = turning(SECONDS, speed=4.0)
+    checked = AngularVelocityCheck().checked(block(orientations, np.degrees(rates)))
+    early = slice(30, 300)
+    assert rms(checked.angular_velocity[early] - rates[early]) < 0.1 * rms(rates[early])
+
+
 def test_an_angular_velocity_in_a_wrong_frame_is_replaced():
     orientations, rates = turning(SECONDS)
     check = AngularVelocityCheck()

@@ -14,4 +14,4 @@ def test_late_frames_are_counted():
 
 def test_a_tracker_that_often_exchanges_sides_is_named():
     (line,) = fault_lines({"frames": 1000, "sides_swapped": 400})
-    assert "exchanged left and right in 400 of 1000 frames" in line
+    assert "exchanged left and right of 400 pairs of limbs in 1000 frames" in line

@@ -35,7 +35,8 @@ def with_recorded_stamps(
     Raises:
         InputError: If a sensor's stamps are.
     """
-    apart_ns: dict[str, list[int]] = {}
+    # Once for each stamp of the reference: while it sees nobody, its last one grows old.
+    apart_ns: dict[str, dict[int, int]] = {}
     blocks: list[tuple[ImuBlock, int]] = []  # with the reference's stamp before them [ns]
     reference_ns: int | None = None
     for each in frames:
@@ -47,9 +48,9 @@ def with_recorded_stamps(
         elif each and reference_ns is not None:
             source = each[0].sensor
             newest_ns = clocks.get(source, Clock()).to_reference(each[0].stamp_ns)
-            apart_ns.setdefault(source, []).append(newest_ns - reference_ns)
+            apart_ns.setdefault(source, {}).setdefault(reference_ns, newest_ns - reference_ns)
     for source, differences in apart_ns.items():
-        apart_s = float(np.median(differences)) / NS_PER_S
+        apart_s = float(np.median([*differences.values()])) / NS_PER_S
         if abs(apart_s) > MAX_APART_S:
             raise InputError(
                 f"the stamps of '{source}' are {apart_s:+.1f} s from those of "
@@ -66,11 +67,12 @@ def _recorded_imu_clocks(
     """Clocks of IMUs whose stamps are far from the reference's that were recorded before them."""
     every = block_on_reference_clock(joined([block for block, _ in blocks]), clocks)
     reference_ns = np.repeat([ns for _, ns in blocks], [len(block) for block, _ in blocks])
-    apart_ns = {
-        segment: float(np.median((every.stamps_ns - reference_ns)[every.imu == imu]))
-        for imu, segment in enumerate(every.segments)
-        if (every.imu == imu).any()
-    }
+    apart_ns = {}
+    for imu, segment in enumerate(every.segments):
+        own_ns, before_ns = every.stamps_ns[every.imu == imu], reference_ns[every.imu == imu]
+        if len(own_ns):
+            before_ns, first = np.unique(before_ns, return_index=True)  # the reference may pause
+            apart_ns[segment] = float(np.median(own_ns[first] - before_ns))
     in_time_ns = [ns for ns in apart_ns.values() if abs(ns) <= MAX_APART_S * NS_PER_S]
     common_ns = float(np.median(in_time_ns or list(apart_ns.values()) or [0.0]))
     apart_ns = {segment: ns - common_ns for segment, ns in apart_ns.items()}

@@ -284,6 +284,8 @@ def _judge(memory: _RateMemory, i: int) -> None:
         worst = max(worst, memory.error[i, axis] / max(memory.power[i, axis], least))
         all_power += memory.power[i, axis]
     if memory.windows[i] < MIN_WINDOWS:
+        if given_power > MANY_TURNS * max(power, TURN_NOISE**2):
+            memory.fault[i] = RateFault.TOO_LARGE  # it would turn its limb many times until then
         return
     if worst < CONTRADICTION:
         memory.fault[i] = RateFault.NONE
