@@ -43,6 +43,11 @@ def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
         return
     for body_id, count in pipeline.estimates.items():
         yield f"{body_id}: {count} estimates"
+    if changes := counts["subject_changed"]:
+        yield (
+            "people: who came back was somebody else by their bone lengths (times: "
+            f"{changes}; feet outside the picture give wrong ones): the IMUs were aligned anew"
+        )
     others = counts["skeletons_of_others"]
     rule = pipeline.parameters.person
     if others and pipeline.most_at_once == 1:

@@ -46,6 +46,7 @@ LOGGED_PERIOD_S = 10.0  # elsewhere
 CHECK_PERIOD_S = 1.0  # between checks for other publishers
 MANY_PUBLISH = (TFMessage, DiagnosticArray, Log, ParameterEvent)  # in any graph
 CLOCK = "/clock"
+CLOCK_STEP_NS = 2_000_000  # [ns] smallest: more messages would keep subscribers busy
 CLOCK_PERIOD_NS = 5_000_000  # [ns] largest interval of /clock in the machine's time
 
 
@@ -191,8 +192,9 @@ class Player(Node):
             self._counters.add("played")
 
     def _show_time(self, stamp_ns: int) -> None:
-        """Publish the bag's time: before each message, and while none is due."""
-        if self._time_publisher is None or stamp_ns == self._time_shown_ns:
+        """Publish the bag's time: before messages, and while none is due."""
+        step_ns = stamp_ns - self._time_shown_ns
+        if self._time_publisher is None or 0 <= step_ns < CLOCK_STEP_NS * self._rate:
             return
         self._time_shown_ns = stamp_ns
         self._time_publisher.publish(Clock(clock=ns_to_stamp(stamp_ns)))

@@ -97,6 +97,7 @@ class EstimateWriter:
         self._writer = writer
         self._pipeline = pipeline
         self._bytes: dict[str, EstimateBytes] = {}
+        self._begin_ns = 0  # [ns] stamp of the first sample
         self._urdf: dict[str, object] = {}  # the measures that were written last, by id
         self._stamps_ns: list[NDArray[np.int64]] = []  # of the subject's estimates
         self._sources: list[NDArray[np.uint8]] = []  # of any of its degrees of freedom
@@ -106,6 +107,7 @@ class EstimateWriter:
         """Append all messages of one person's estimates, stamped with their instants."""
         model, stamp_ns = self._pipeline.subject.model, int(block.stamps_ns[0])
         if body_id == self._pipeline.parameters.subject:
+            self._begin_ns = self._begin_ns or self._pipeline.subject.first_ns
             self._stamps_ns.append(block.stamps_ns)
             self._sources.append(np.bitwise_or.reduce(block.source, axis=1))
         if not self._bytes:
@@ -142,8 +144,7 @@ class EstimateWriter:
         if not self._stamps_ns:
             return ""
         stamps_ns, sources = np.concatenate(self._stamps_ns), np.concatenate(self._sources)
-        subject = self._pipeline.subject
-        return unseen_line(stamps_ns, sources, subject.first_ns, subject.newest_ns)
+        return unseen_line(stamps_ns, sources, self._begin_ns, self._pipeline.subject.newest_ns)
 
     def _append(self, topic: str, message: object, stamp_ns: int) -> None:
         self._writer.write(topic, to_bag_message(message, self._writer.typestore), stamp_ns)
