@@ -51,7 +51,7 @@ class CameraNoise:
     """
 
     stddev: float = 0.03  # [m] of a visible joint of usual trackers, see filter.view_noise
-    inferred_stddev: float = 0.12  # [m] in addition for an inferred joint
+    inferred_stddev: float = 0.24  # [m] in addition for an inferred joint, whose errors last
     occluded_stddev: float = 0.15  # [m] in addition under self-occlusion
     student_dof: float = 3.0  # [-] of Student's t of a joint's residual
     least_weight: float = 0.02  # [-] lower bound of a joint's weight
