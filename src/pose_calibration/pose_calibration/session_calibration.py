@@ -23,7 +23,7 @@ from pose_calibration.extrinsics.moved_sensors import (
 from pose_calibration.extrinsics.parameters import CalibrationParameters
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
-from pose_calibration.inertial.imu_motion import ImuMemory
+from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.people.calibration_person import match_people, with_id
 from pose_core.api import (
     AlignedFrame,

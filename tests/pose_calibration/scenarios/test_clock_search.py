@@ -11,7 +11,7 @@ from pose_bench.sessions import SessionSpec, bench_session
 from pose_calibration.clocks.clock_offset import estimate_clock_offset
 from pose_calibration.clocks.joint_delays import Delay
 from pose_calibration.inertial.imu_clock import clearly_apart, imu_findings
-from pose_calibration.inertial.imu_motion import ImuMemory
+from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.live.clock_tracking import EVERY_NS, ClockTracker
 from pose_calibration.session_calibration import calibrate
 from pose_core.joints import other_side

@@ -8,6 +8,7 @@ apart from most others has a clock of its own.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,10 +17,10 @@ from pose_calibration.clocks.joint_delays import Delay
 from pose_calibration.clocks.motion_track import Track, track_of
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
+from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.inertial.imu_motion import (
     MIN_LIMBS,
     TRACKER_LAG_STDDEV_S,
-    ImuMemory,
     View,
     exchanged_sides,
     measure_each_delay,
@@ -46,6 +47,8 @@ LIMBS_LAG_STDDEV_S = 0.02  # [s] of a tracker's lag between limbs
 SAME_LEAD_S = 0.06  # [s] within which the arrival of an IMU's samples agrees with its motion
 CLEARLY = 4.0  # [-] standard deviations from most other IMUs, if its samples arrive accordingly
 VERY_CLEARLY = 6.0  # [-] if they do not; sound IMUs are apart by up to 4.7
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,12 +85,12 @@ def imu_findings(
     verticals = memory.verticals(begin_ns)
     searched = _cut(views, _middle(views), SEARCHED_S)
     exchanged = exchanged_sides(searched, verticals, max_offset_s + TRACKER_DELAY_S)
-    verticals = {exchanged.get(name, name): track for name, track in verticals.items()}
+    verticals = as_worn(verticals, exchanged)
     delay = measure_imu_delay(searched, verticals, max_offset_s + TRACKER_DELAY_S)
     offset_s = delay.estimate_s + TRACKER_DELAY_S
     if not np.isfinite(delay.stddev_s) or abs(offset_s) > max_offset_s:
         return ImuFindings(offset_s=0.0, offset_stddev_s=np.inf, clocks={}, gravity=None)
-    leads_s = {exchanged.get(name, name): each for name, each in memory.leads_s.items()}
+    leads_s = as_worn(memory.leads_s, exchanged)
     apart = clearly_apart(imus_ahead(searched, verticals, delay.estimate_s), leads_s)
     if apart:  # they have spoilt the common offset
         verticals = in_time(verticals, apart)
@@ -114,6 +117,11 @@ def imu_findings(
     return ImuFindings(
         offset_s=offset_s, offset_stddev_s=delay.stddev_s, clocks=clocks, gravity=gravity
     )
+
+
+def as_worn(by_segment: Mapping[str, T], exchanged: Mapping[str, str]) -> dict[str, T]:
+    """What belongs to IMUs, by the segments on which they are worn; ``exchanged`` are others'."""
+    return {exchanged.get(name, name): each for name, each in by_segment.items()}
 
 
 def imus_ahead(

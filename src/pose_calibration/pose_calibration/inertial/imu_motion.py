@@ -9,7 +9,6 @@ combination of :math:`g` fits :math:`u \cdot b` best:
 .. math:: \min_{\tau} \sum_{limbs} n \log \min_a \sum_t (u \cdot b(t) - a \cdot g(t + \tau))^2
 """
 
-from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -18,13 +17,10 @@ from numpy.typing import NDArray
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
 from pose_calibration.clocks.motion_track import SLOW_S, Track, without_slow
-from pose_core.api import FloatArray, ImuBlock
+from pose_core.api import FloatArray
 from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known
-from pose_core.imu.angular_velocity_check import AngularVelocityCheck
-from pose_core.imu.burst_stamps import BurstStamps
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, other_side
-from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 GRID_RATE = 50.0  # [Hz]
 MIN_DURATION_S = 4.0  # [s] of a limb in view
@@ -39,77 +35,12 @@ UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: such limbs a
 MIN_LIMBS = 3  # [-] in all views together, unless the shift is very clear: one may be wrong
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag between motions
 FINE = 3  # [-] half width of the parabola's fit, in steps of the grid
-LEADS_KEPT = 2000  # [-] of an IMU
-EVERY_NS = 19_000_000  # [ns] smallest interval between stored samples
 EACH_REACH_S = 0.4  # [s] half width of the search for a single IMU's delay about the common one
 EACH_DECISIVE = 30.0  # [-] as DECISIVE, for a single IMU, or fewer limbs
 MAX_STDDEV_S = 0.03  # [s] of a single IMU's delay, above which its motion does not determine it
 MIN_LATE = 0.7  # [-] quantile: share of the limbs' weight that is later than the result
 QUANTILE_LOSS = 1.32  # [-] standard error of that quantile over that of a mean
 EXCHANGED_COST = 20.0  # [-] for each pair of exchanged IMUs, in twice the log-likelihood
-UP = np.array([0.0, 0.0, 1.0])
-
-
-class ImuMemory:
-    """Orientations of each IMU at a reduced rate; none of IMUs whose orientations are the inverse.
-
-    Args:
-        reach_ns: Duration stored [ns]; older samples are dropped.
-    """
-
-    def __init__(self, reach_ns: int = 2**62) -> None:
-        self._reach_ns = reach_ns
-        self._bursts = BurstStamps()
-        self._rates = AngularVelocityCheck()  # finds the inverse ones
-        self._samples: dict[str, list[tuple[int, FloatArray]]] = {}  # stamp [ns], quaternion
-        self._leads_ns: dict[str, deque[float]] = {}  # before the other IMUs, as samples arrive
-
-    @property
-    def segments(self) -> tuple[str, ...]:
-        """Segments with usable IMU samples that cameras can measure."""
-        return tuple(sorted(self._samples.keys() - self._rates.inverse - self._rates.undecided))
-
-    def add(self, block: ImuBlock) -> None:
-        """Append samples, at least :data:`EVERY_NS` apart."""
-        block = block.rows(np.flatnonzero(np.isfinite(block.orientation).all(axis=1)))
-        block = self._bursts.restored(block)
-        self._rates.checked(block)
-        samples = list(zip(block.imu.tolist(), block.stamps_ns.tolist(), strict=True))
-        newest_ns = dict(samples)  # of each IMU, its last sample
-        for imu, stamp_ns in newest_ns.items():
-            leads_ns = self._leads_ns.setdefault(block.segments[imu], deque(maxlen=LEADS_KEPT))
-            leads_ns.append(stamp_ns - float(np.median([*newest_ns.values()])))
-        for row, (imu, stamp_ns) in enumerate(samples):
-            if block.segments[imu] in SEGMENT_ENDS:
-                self._add(block.segments[imu], stamp_ns, block.orientation, row)
-
-    @property
-    def leads_s(self) -> dict[str, float]:
-        """By how much each IMU's stamps are ahead of the others' that arrive with them [s]."""
-        return {name: float(np.median(each)) / NS_PER_S for name, each in self._leads_ns.items()}
-
-    def _add(self, segment: str, stamp_ns: int, orientation: FloatArray, row: int) -> None:
-        samples = self._samples.setdefault(segment, [])
-        if samples and -JUMP_BACK_NS < stamp_ns - samples[-1][0] < EVERY_NS:
-            return
-        if samples and stamp_ns < samples[-1][0]:
-            samples.clear()  # the clock was set back, or a recording restarted
-        samples.append((stamp_ns, orientation[row]))
-        if stamp_ns - samples[0][0] > 2 * self._reach_ns:
-            samples[:] = [one for one in samples if one[0] >= stamp_ns - self._reach_ns]
-
-    def verticals(self, begin_ns: int) -> dict[str, Track]:
-        """Vertical in each IMU's frame, by segment; stamps in seconds since ``begin_ns``."""
-        # Imported here: scipy takes half a second to load, not at a node's start.
-        from scipy.spatial.transform import Rotation
-
-        tracks = {}
-        for segment in self.segments:
-            stamps_ns, quaternions = zip(*self._samples[segment], strict=True)
-            if len(stamps_ns) > 1:
-                ups = Rotation.from_quat(np.array(quaternions)).inv().apply(UP)
-                tracks[segment] = Track((np.array(stamps_ns) - begin_ns) * 1e-9, ups)
-        return tracks
 
 
 @dataclass(frozen=True)

@@ -20,15 +20,16 @@ from pose_calibration.clocks.motion_track import Track, track_of
 from pose_calibration.inertial.imu_clock import (
     NEAR_S,
     TRACKER_DELAY_S,
+    as_worn,
     clearly_apart,
     imus_ahead,
     is_clocks,
     measure_imu_window,
     views_on_reference_clock,
 )
+from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.inertial.imu_motion import (
     TRACKER_LAG_STDDEV_S,
-    ImuMemory,
     exchanged_sides,
     measure_imu_delay,
 )
@@ -164,7 +165,7 @@ class ClockTracker:
             return
         verticals, reach_s = imus.verticals(begin_ns), self._max_offset_s + TRACKER_DELAY_S
         exchanged = exchanged_sides(views, verticals, reach_s)
-        verticals = {exchanged.get(name, name): track for name, track in verticals.items()}
+        verticals = as_worn(verticals, exchanged)
 
         def far() -> float | None:
             delay = measure_imu_delay(views, verticals, reach_s)
@@ -185,8 +186,7 @@ class ClockTracker:
         self._single_due_ns = self._due_ns + WINDOW_NS
         # The clocks of single IMUs that differ from the common one.
         ahead = imus_ahead(views, verticals, offset.offset_s - TRACKER_DELAY_S)
-        leads_s = {exchanged.get(name, name): each for name, each in imus.leads_s.items()}
-        apart = clearly_apart(ahead, leads_s)
+        apart = clearly_apart(ahead, as_worn(imus.leads_s, exchanged))
         for segment, one in ahead.items():
             source = ONE_IMU + exchanged.get(segment, segment)
             nearest_s = min(NEAR_S, abs(one.estimate_s))  # nearer to the known one than to zero

@@ -12,7 +12,7 @@ from pose_calibration.extrinsics.mirrored import refuse_mirrored
 from pose_calibration.floor.gravity import AccelerometerGravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
-from pose_calibration.inertial.imu_motion import ImuMemory
+from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.live.guidance import what_is_missing
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import (

@@ -5,7 +5,7 @@ from dataclasses import replace
 from enum import Enum
 
 from pose_calibration.floor.gravity import AccelerometerGravity
-from pose_calibration.inertial.imu_motion import ImuMemory
+from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.live.clock_tracking import ClockTracker
 from pose_calibration.live.collection import COUNTERS, Collection
 from pose_calibration.live.parameters import LiveCalibrationParameters

@@ -15,7 +15,7 @@ from pose_core.stamps import NS_PER_S
 CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU is realigned
 STRAP_WALK = np.radians(3.0)  # [rad/s] of the sensor-to-segment rotation in a gap
 MAX_STRAP_WALK = np.radians(12.0)  # [rad]
-RESTARTED_TURN = np.radians(60.0)  # [rad] of a link by its IMU against the cameras after a gap
+RESTARTED_TURN = np.radians(60.0)  # [rad] of a link by its IMU against the filter after a gap
 MIN_OTHERS = 2  # [-] aligned IMUs required to agree on north
 MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean
 

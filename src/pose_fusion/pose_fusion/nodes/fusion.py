@@ -37,6 +37,7 @@ from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.body_publishers import BodyPublishers
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
+from pose_fusion.nodes.simulated_time import SimulatedTime
 from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.sample_reader import COUNTS, MessageTimes, SampleReader
@@ -60,7 +61,6 @@ REORDER_TIMEOUT_S = 0.01  # [s] for which a frame waits for an earlier one of an
 CHECK_PERIOD_S = 0.2  # [s] between checks of the sources
 KEEP_PERIOD_S = 1.0  # [s] between saves of IMU alignments and closings of topics
 LOG_PERIOD_S = 2.0  # [s] between lines of the log about sources
-STANDSTILL_S = 1.5  # [s] after which a simulated clock is said to stand still
 KILLED_REPORTS = 25  # of 1 s; the middleware counts a killed process's publishers for 20 s
 LATCHED_QOS = latched(QUEUE)
 
@@ -90,7 +90,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._shared: dict[str, int] = {}
         """Number of reports in a row in which a topic had several publishers."""
         self._logged: tuple[frozenset[str] | None, float] = None, 0.0  # sources, when [s]
-        self._clock_seen = 0, time.monotonic()  # its last value [ns], since when [s]
+        self._simulated_time = SimulatedTime(self.get_clock())
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._person = self._kept_person.load() or self.settings.person
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
@@ -308,7 +308,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             self._malformed,
             lost,
             self._several_publishers(),
-            self._clock_trouble(),
+            self._simulated_time.trouble,
             self._imus.unheard,
         )
         self._log_change(report)
@@ -325,18 +325,6 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
                 self.get_logger().info(report.message)
             else:
                 self.get_logger().warning(report.message)
-
-    def _clock_trouble(self) -> str:
-        """What is wrong with simulated time; empty if nothing is, or time is not simulated."""
-        clock, now_s = self.get_clock(), time.monotonic()
-        now_ns = clock.now().nanoseconds
-        if now_ns != self._clock_seen[0]:
-            self._clock_seen = now_ns, now_s
-        if not clock.ros_time_is_active or now_s - self._clock_seen[1] < STANDSTILL_S:
-            return ""
-        if now_ns == 0:
-            return "nobody publishes /clock: ./pose play --clock, or set use_sim_time to false"
-        return "/clock stands still: is the playback paused, or over?"
 
     def _several_publishers(self) -> dict[str, int]:
         """Number of publishers of each topic that should have one and has several."""

@@ -41,6 +41,7 @@ class MessageQueue:
     def __init__(self, subscription: Subscription) -> None:
         self.subscription = subscription
         self.newest = 0  # its publisher's number of the last message; 0: none yet
+        self.is_heard = False  # whether any message has come
         self._lost = 0
         self._mixed_calls = 0  # calls of take_lost that the numbers of several publishers affect
 
@@ -56,6 +57,7 @@ class MessageQueue:
 
     def note(self, info: MessageInfo) -> None:
         """Take note of a message that a callback received."""
+        self.is_heard = True
         number = info.get("publication_sequence_number") or 0
         if 0 < self.newest < number:
             self._lost += number - self.newest - 1
@@ -111,7 +113,7 @@ class Inbox:
     def unheard(self) -> list[str]:
         """Topics that somebody publishes, and of which no message has come yet."""
         return [
-            name for name, each in self.queues.items() if not each.newest and each.has_publisher
+            name for name, each in self.queues.items() if not each.is_heard and each.has_publisher
         ]
 
     def take_lost(self) -> dict[str, int]:

@@ -184,6 +184,12 @@ def fuse(
     console = console or Console(stderr=True)
     if out_bag.exists():
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
+    name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
+    if parameters.imus_file and not alignments:
+        raise InputError(
+            f"{name} does not exist, or has no IMUs' alignments: make it with ./pose calibrate imu "
+            f"BAG -o {name}, or leave --imus-file out"
+        )
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
     gc.freeze()  # the garbage collector need not visit the imported modules again and again
     with waiting_bar(console, "calibrating"):
@@ -194,12 +200,6 @@ def fuse(
         BagWriter(out_bag, storage) as writer,
         progress_bar(console, TimeRemainingColumn()) as progress,
     ):
-        name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
-        if parameters.imus_file and not alignments:
-            raise InputError(
-                f"{name} does not exist, or has no IMUs' alignments: make it with ./pose calibrate"
-                f" imu BAG -o {name}, or leave --imus-file out"
-            )
         if alignments:
             console.print(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
         before = first_pass(parameters) if imu_topics(bag) else None
