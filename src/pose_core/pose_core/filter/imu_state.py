@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
+from pose_core.filter.layout import rotation_column
 from pose_core.filter.state import FilterState
 from pose_core.filter.worn_imus import WornImu
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -16,6 +17,7 @@ CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU 
 STRAP_WALK = np.radians(3.0)  # [rad/s] of the sensor-to-segment rotation in a gap
 MAX_STRAP_WALK = np.radians(12.0)  # [rad]
 RESTARTED_TURN = np.radians(60.0)  # [rad] of a link by its IMU against the filter after a gap
+TURN_DEVIATIONS = 3.0  # [-] of the link's own rotation that such a turn exceeds
 MIN_OTHERS = 2  # [-] aligned IMUs required to agree on north
 MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean
 
@@ -39,7 +41,7 @@ def after_gap(alignment: SensorToSegment, gap_ns: int) -> SensorToSegment:
 
 
 def has_turned(worn: WornImu, R_world_sensor: FloatArray, state: FilterState) -> bool:
-    """Whether an aligned IMU is turned by more than a link turns unseen in a short gap.
+    """Whether an aligned IMU is turned by more than its link can have turned in a short gap.
 
     Args:
         worn: The IMU.
@@ -51,8 +53,12 @@ def has_turned(worn: WornImu, R_world_sensor: FloatArray, state: FilterState) ->
     cosine, sine = np.cos(state.imus.heading[worn.link]), np.sin(state.imus.heading[worn.link])
     R_map_world = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     measured = R_map_world @ R_world_sensor @ state.imus.R_sensor_link[worn.link]
-    turned = np.trace(measured.T @ state.pose.rotations[worn.link])
-    return bool(0.5 * (turned - 1.0) < np.cos(RESTARTED_TURN))
+    turned = np.arccos(
+        np.clip(0.5 * (np.trace(measured.T @ state.pose.rotations[worn.link]) - 1.0), -1.0, 1.0)
+    )
+    first = rotation_column(worn.link)
+    variance = np.diag(state.P)[first : first + 3].sum()
+    return bool(turned > max(RESTARTED_TURN, TURN_DEVIATIONS * np.sqrt(variance)))
 
 
 def north_of(worn: WornImu, imus: Iterable[WornImu], state: FilterState) -> float | None:
