@@ -97,7 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
             "peak memory [MB]": lambda cost: number(cost.memory_mb, 0),
         },
         f"{machine()}. The bag repeated, its IMUs left out or not. Time by the clock; CPU "
-        "time and memory of both processes.",
+        "time and memory of the process and its children.",
     )
     publish([table], "Offline", arguments.output, "offline.md")
     return 0
