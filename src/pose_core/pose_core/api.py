@@ -126,6 +126,7 @@ from pose_core.streams.clocks import (
     is_imus as is_imus,
     moved_most_ns as moved_most_ns,
     on_reference_clock as on_reference_clock,
+    reference_delay_s as reference_delay_s,
     series_on_reference_clock as series_on_reference_clock,
 )
 from pose_core.streams.estimate_series import (

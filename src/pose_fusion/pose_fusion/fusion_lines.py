@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from pose_core.api import BodyShape, PeoplePipeline, Pipeline
+from pose_core.api import BodyShape, PeoplePipeline, Pipeline, reference_delay_s
 from pose_core.stamps import NS_PER_S
 
 FAULTS = {
@@ -96,8 +96,17 @@ def missing_lines(subject: Pipeline) -> Iterator[str]:
 
 
 def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
-    """How late each camera's tracker is; nothing without IMUs."""
-    delays_s = pipeline.subject.tracker_delays_s if pipeline.imu_samples else {}
+    """How late each camera's tracker is; without IMUs, how late the reference's probably is."""
+    if not pipeline.imu_samples:
+        late_s = reference_delay_s(pipeline.clocks)
+        if late_s > 0.0 and not pipeline.parameters.tracker_delay:
+            yield (
+                f"poses: {1e3 * late_s:.0f} ms before the reference's stamps, whose tracker is "
+                "probably late, as another camera seems earlier; its clock may differ instead: "
+                "--tracker-delay says how late it is"
+            )
+        return
+    delays_s = pipeline.subject.tracker_delays_s
     for sensor, (delay_s, stddev_s) in delays_s.items():
         if stddev_s < UNKNOWN_DELAY_S:
             line = f"tracker of {sensor}: delay {1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f} ms"

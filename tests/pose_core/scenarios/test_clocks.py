@@ -140,19 +140,20 @@ def ahead(**offsets_ms):
     ("clocks", "delay_s"),
     [
         ({}, 0.0),
-        (ahead(right=-60), 0.06),  # the right tracker is earlier: the left one is late
+        (ahead(right=-20), 0.0166),  # the right tracker is earlier: the left one is late
+        (ahead(right=-60), 0.0424),  # or the clocks differ
         (ahead(right=60), 0.0),
-        (ahead(right=30, back=-40), 0.04),
+        (ahead(right=30, back=-40), 0.0313),
         (ahead(right=-300), 0.0),  # no tracker is as late: the clocks differ
         (ahead(imus=-60), 0.0),
         ({f"{ONE_IMU}torso": Clock(offset_ns=-60_000_000)}, 0.0),
     ],
 )
-def test_the_references_tracker_is_as_late_as_another_camera_is_earlier(clocks, delay_s):
-    assert reference_delay_s(clocks) == pytest.approx(delay_s)
+def test_the_references_tracker_is_probably_late_where_another_camera_is_earlier(clocks, delay_s):
+    assert reference_delay_s(clocks) == pytest.approx(delay_s, abs=1e-4)
 
 
-def test_the_pose_is_published_for_when_the_earliest_tracker_saw_it(samples):
+def test_the_pose_is_published_for_when_the_body_was_probably_there(samples):
     skeletons = [one for one in samples if not isinstance(one, ImuSample)]
     early = ahead(right=-60)["right"]
     stamped = [stamped_by(early, s) if s.sensor == "right" else s for s in skeletons]
@@ -161,4 +162,5 @@ def test_the_pose_is_published_for_when_the_earliest_tracker_saw_it(samples):
     pipeline, plain = Pipeline(parameters, placed), Pipeline(parameters, extrinsics())
     late = [e.stamp_ns for one in stamped for e in pipeline.add(one)]
     in_time = [e.stamp_ns for one in skeletons for e in plain.add(one)]
-    assert late[-1] == pytest.approx(in_time[-1] - 60_000_000, abs=1000)
+    earlier_ns = 1e9 * reference_delay_s(placed.clocks)
+    assert late[-1] == pytest.approx(in_time[-1] - earlier_ns, abs=1000)

@@ -52,5 +52,5 @@ class PipelineParameters:
         limits=(0.0, 0.2),
         doc="known delay of the Kinects' joints relative to their stamps; with IMUs it is the"
         " prior mean for the default estimator's estimate of each tracker's delay; 0: what the"
-        " cameras' offsets tell, up to 0.1 s",
+        " offsets between the cameras tell, up to 45 ms",
     )

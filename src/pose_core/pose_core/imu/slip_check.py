@@ -172,6 +172,8 @@ class SlipCheck:
 
 def _has_slipped(last: FloatArray, before: FloatArray, is_known: NDArray[np.bool_]) -> bool:
     """Whether a rotation explains one IMU's axes better, from the sums (sensors, 2, 4)."""
+    # One camera of several, while the others do not see the segment, errs as easily.
+    is_alone = len(is_known) > 1 and np.count_nonzero(is_known.any(axis=1)) == 1
     last, before = last[is_known], before[is_known]
     weight = 1.0 / (1.0 / last[:, 3] + 1.0 / before[:, 3] + POSTURE_STDDEV**2)
     axis_last, axis_before = unit_vectors(last[:, :3]), unit_vectors(before[:, :3])
@@ -182,5 +184,5 @@ def _has_slipped(last: FloatArray, before: FloatArray, is_known: NDArray[np.bool
     gains = 2.0 * (np.einsum("ij,cij->c", S, B) - np.trace(B, axis1=1, axis2=2))
     gains = gains[is_known.any(axis=1)]
     # A single axis errs more easily.
-    least = MIN_GAIN if np.count_nonzero(is_known) > 1 else 2.0 * MIN_GAIN
+    least = MIN_GAIN if np.count_nonzero(is_known) > 1 and not is_alone else 2.0 * MIN_GAIN
     return bool(gains.sum() > least and gains.min() > MIN_SHARE * least)

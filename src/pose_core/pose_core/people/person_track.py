@@ -11,7 +11,8 @@ from pose_core.people.body_size import BodySize
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import SkeletonSample
 
-POSITION_GAIN = 0.6  # [-] weight of a new frame in the joints' places
+POSITION_GAIN = 0.6  # [-] weight of a new frame in the joints' places, one frame after the last
+FRAME_S = 1.0 / 30.0  # [s] after n of them, the former places weigh (1 - gain)^n
 VELOCITY_WINDOW_NS = 150_000_000  # [ns] over which the velocity is taken
 LOST_AFTER_S = 0.1  # [s] unseen by all sensors
 MAX_SPEED = 3.5  # [m/s] of a person
@@ -89,7 +90,9 @@ class PersonTrack:
     def update(self, stamp_ns: int, seen: FloatArray, restarts: bool = False) -> None:
         """Update with joints in the common frame, (15, 3) [m]; ``restarts``: not predicted."""
         expected = seen if restarts else self.predicted(stamp_ns)
-        blended = expected + POSITION_GAIN * (seen - expected)
+        frames = max(1.0, self.age_s(stamp_ns) / FRAME_S) if self._updated_ns else 1.0
+        gain = 1.0 - (1.0 - POSITION_GAIN) ** frames
+        blended = expected + gain * (seen - expected)
         place = np.where(np.isfinite(blended), blended, np.where(np.isfinite(seen), seen, expected))
         if restarts:
             self._anchor, self.velocity = None, np.zeros(3)

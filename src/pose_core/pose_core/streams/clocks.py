@@ -26,7 +26,8 @@ IMUS = "imus"
 ONE_IMU = f"{IMUS}/"
 """Begin of the name of a single IMU's clock, before its segment."""
 REACH_NS = 1800 * NS_PER_S  # [ns] from its measurement for which a drift is applied
-MAX_DELAY_NS = NS_PER_S // 10  # [ns] offset that may be a difference of trackers' delays
+LATEST_S = 0.1  # [s] by which a tracker is late at most
+CLOCKS_APART_S = 0.3  # [s] by which clocks of two computers differ at most
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,13 +62,16 @@ def is_imus(source: str) -> bool:
 def reference_delay_s(clocks: Clocks) -> float:
     """How late the reference's tracker probably is [s], by the offsets of the other cameras.
 
-    An offset found from motion includes the difference of the trackers' delays, and a tracker is
-    late, never early. So a camera that seems to be behind by little is in time, and the reference
-    late. Larger offsets are taken for clocks that differ.
+    An offset found from motion is the difference of the trackers' delays, or of the clocks, and a
+    tracker is late, never early. So where a camera seems to be behind by little, the reference is
+    late. Prior: as often one clock, and delays evenly between 0 and :data:`LATEST_S`, as clocks
+    that differ evenly by up to :data:`CLOCKS_APART_S`. The result is the mean under it.
     """
     offsets_ns = [clock.offset_ns for source, clock in clocks.items() if not is_imus(source)]
-    earliest_ns = min(offsets_ns, default=0)
-    return -earliest_ns / NS_PER_S if -MAX_DELAY_NS <= earliest_ns < 0 else 0.0
+    behind_s = max(0.0, -min(offsets_ns, default=0) / NS_PER_S)
+    by_delays = max(0.0, 1.0 - behind_s / LATEST_S) / LATEST_S  # difference of two even delays
+    by_clocks = 0.5 / CLOCKS_APART_S
+    return behind_s * by_delays / (by_delays + by_clocks)
 
 
 def reference_stamp_ns(sample: SkeletonSample, clocks: Clocks) -> int:
