@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from pose_core.stamps import NS_PER_S
 
 MIN_DURATION_S = 1.0  # [s] a shorter time is not named
+LATE_START_S = 3.0  # [s] after the recording's begin, from which on the first pose is late
 MAX_STEP_S = 0.1  # [s] between two estimates; a longer time is without any
 BY_KINECT, BY_IMU = 1, 2  # bits of an estimate's source
 ALL_OF_IT = 0.95  # [-] share of the time with estimates
@@ -14,7 +15,7 @@ ALL_OF_IT = 0.95  # [-] share of the time with estimates
 def unseen_line(
     stamps_ns: NDArray[np.int64], sources: NDArray[np.uint8], begin_ns: int, end_ns: int
 ) -> str:
-    """Describe when no camera saw the person, after the first time that one did.
+    """Describe when the poses begin, if late, and when no camera saw the person afterwards.
 
     Args:
         stamps_ns: Of one person's estimates, (n,) [ns].
@@ -28,6 +29,19 @@ def unseen_line(
     seen = np.flatnonzero(sources & BY_KINECT)
     if not len(seen):
         return ""
+    first_s = (stamps_ns[0] - begin_ns) / NS_PER_S
+    late = f"the first pose is of {first_s:.1f} s" if first_s > LATE_START_S else ""
+    return "; ".join(filter(None, (late, _gaps(stamps_ns, sources, seen, begin_ns, end_ns))))
+
+
+def _gaps(
+    stamps_ns: NDArray[np.int64],
+    sources: NDArray[np.uint8],
+    seen: NDArray[np.intp],
+    begin_ns: int,
+    end_ns: int,
+) -> str:
+    """Describe when no camera saw the person; ``seen``: the estimates that rest on cameras."""
     lengths_s = np.diff(np.append(stamps_ns[seen], max(end_ns, stamps_ns[-1]))) / NS_PER_S
     unseen = np.flatnonzero(lengths_s > MIN_DURATION_S)
     if not len(unseen):

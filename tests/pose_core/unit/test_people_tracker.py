@@ -53,6 +53,17 @@ def test_a_known_person_who_starts_to_run_before_two_slow_cameras_is_never_lost(
     assert all(len(each) == 1 for each in given)
 
 
+def test_a_known_person_who_leaps_from_side_to_side_is_never_lost():
+    def leaping(time_s):
+        aside = 0.5 * np.sin(2.0 * np.pi * max(0.0, time_s - 3.0))  # [m] at most 3 m/s
+        return walker((2.5, aside), (0.0, 0.0))(time_s)
+
+    people = tracker()
+    given = [people.add(persons) for persons, _ in frames_of([leaping], 12.0)]
+    assert {number for each in given for number, _ in each} == {1}
+    assert all(len(each) == 1 for each in given)
+
+
 def test_a_person_whom_two_rough_views_see_half_a_metre_apart_is_one():
     def seen(sample):
         shift = [0.0, 0.0, 0.5 * (sample.sensor == "right")]

@@ -48,5 +48,12 @@ def test_the_end_of_the_recording_counts():
     assert line == "no camera saw the person for 5.0 s from 15.0 s: no poses"
 
 
+def test_a_late_first_pose_is_said():
+    line = line_of([(0.0, 12.0, None), (15.0, 20.0, None)])
+    assert line == (
+        "the first pose is of 12.0 s; no camera saw the person for 5.0 s from 15.0 s: no poses"
+    )
+
+
 def test_estimates_that_never_rest_on_cameras_have_no_such_time():
     assert not line_of([(0.0, 20.0, 2)])

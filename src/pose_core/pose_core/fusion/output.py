@@ -14,10 +14,12 @@ from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.output import OutputBody, PoseOutput, output_states
 from pose_core.kernels.output_blending import make_blending
 from pose_core.kernels.tracking_states import tracking_states
+from pose_core.stamps import NS_PER_S
 
 MAX_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an unknown angle: uniform distribution, 104°
 MIN_STDDEV = np.radians(0.5)  # [rad] of an angle
 START_STDDEV = np.radians(30.0)  # [rad] of the angles, below which publishing starts
+START_NS = 2 * NS_PER_S  # [ns] after the first pose, from which on it starts in any case
 
 
 class StateOutput:
@@ -52,15 +54,19 @@ class StateOutput:
         self._blending = make_blending(model.size)
         # The axial rotation of a straight limb may be unknown.
         self._must_be_known = np.array([not name.endswith("rotation") for name in model.dof_names])
+        self._first_ns: int | None = None
         self._has_begun = False
 
     def estimates(self, block: StateBlock) -> EstimateBlock | None:
-        """Convert states to estimates, starting with the first one that is certain enough."""
+        """Convert states to estimates; at the start, those are left out that are too uncertain."""
         estimates = self._estimates(block)
         if self._has_begun:
             return estimates
         stddev = estimates.position_stddev[:, self._must_be_known].max(axis=1)
-        known = np.flatnonzero(stddev <= START_STDDEV)
+        if self._first_ns is None:
+            self._first_ns = int(block.stamps_ns[0])
+        is_due = block.stamps_ns - self._first_ns > START_NS
+        known = np.flatnonzero((stddev <= START_STDDEV) | is_due)
         self._has_begun = len(known) > 0
         return estimates.rows(slice(int(known[0]), None)) if self._has_begun else None
 
