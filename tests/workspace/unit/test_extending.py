@@ -2,11 +2,13 @@
 
 import re
 import sys
+from importlib import resources
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+import yaml
 from exported_motion import write_motion_bag
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
@@ -17,7 +19,9 @@ from pose_fusion.tools import export
 from pose_io.export.registry import EXPORTERS
 from pose_io.recordings.formats import FORMATS
 from pose_io.samples import read_samples
+from pose_view.tools import report
 
+DEFAULT_BODY = resources.files("pose_core.body") / "body_models" / "default.yaml"
 PAGES = Path(__file__).parents[3] / "docs" / "extending"
 
 
@@ -35,6 +39,14 @@ def new_module(monkeypatch):
         return module
 
     return make
+
+
+def status(tool, monkeypatch, *words):
+    """Exit status of a tool, run in this process."""
+    monkeypatch.setattr(sys, "argv", list(words))
+    with pytest.raises(SystemExit) as ended:
+        tool.main()
+    return ended.value.code
 
 
 def line_of(page):
@@ -69,7 +81,7 @@ def test_a_skeleton_format_is_added_by_a_file_and_a_line(new_module, monkeypatch
     rng = np.random.default_rng(2)
     joints = rng.normal(size=(len(JOINTS), 3)) + 0.01 * rng.normal(size=(5, len(JOINTS), 3))
     np.savez(tmp_path / "joints.npz", time_s=100.0 + np.arange(5) / 30.0, joints_m=joints)
-    recorded = read_samples(tmp_path / "joints.npz", format_name=name)
+    recorded = read_samples(tmp_path / "joints.npz")
     assert recorded.sensors == ("kinect",)
     np.testing.assert_array_equal([s.positions for s in recorded.samples], joints)
 
@@ -88,16 +100,32 @@ def test_an_imu_protocol_is_added_by_a_file_and_a_line(new_module, monkeypatch):
     assert parser.counters["bytes_skipped"] == len(b"noise")
 
 
+def test_a_bag_with_your_own_body_model_is_reported_and_exported(monkeypatch, tmp_path):
+    document = yaml.safe_load(DEFAULT_BODY.read_text())
+    (code,) = re.findall(r"```yaml\n(.*?)```", (PAGES / "body_model.md").read_text(), re.DOTALL)
+    example = yaml.safe_load(code)
+    document["name"] = example["name"]
+    document["links"].update(example["links"])
+    document["order"].append("neck_rotation")
+    own = tmp_path / "my_body.yaml"
+    own.write_text(yaml.safe_dump(document, sort_keys=False))
+    bag = str(tmp_path / "bag")
+    write_motion_bag(tmp_path / "bag", load_body_model(str(own)))
+    bvh, made = tmp_path / "motion.bvh", tmp_path / "report"
+    words = ("export", bag, "--to", "bvh", "-o", str(bvh), "--body-model", str(own))
+    assert status(export, monkeypatch, *words) == 0
+    assert status(report, monkeypatch, "report", bag, "-o", str(made)) == 0
+    assert bvh.exists()
+    assert (made / "report.html").exists()
+
+
 def test_an_exporter_is_added_by_a_file_and_a_line(new_module, monkeypatch, tmp_path, capsys):
     stick = new_module("exporter.md")
     name, value = line_of("exporter.md")
     monkeypatch.setitem(EXPORTERS, name, eval(value, {"stick": stick}))
     write_motion_bag(tmp_path / "bag", load_body_model("li2020"))
-    words = ["export", str(tmp_path / "bag"), "--to", name, "-o", str(tmp_path / "out.txt")]
-    monkeypatch.setattr(sys, "argv", words)
-    with pytest.raises(SystemExit) as ended:
-        export.main()
-    assert ended.value.code == 0, capsys.readouterr().err
+    words = ("export", str(tmp_path / "bag"), "--to", name, "-o", str(tmp_path / "out.txt"))
+    assert status(export, monkeypatch, *words) == 0, capsys.readouterr().err
     lines = (tmp_path / "out.txt").read_text().splitlines()
     assert lines[0].startswith("# out.txt at")
     assert len(lines[1].split()) == 1 + len(JOINTS)

@@ -13,7 +13,13 @@ import numpy as np
 from pose_core.api import ANGLES, FloatArray, IntArray, SkeletonSeries, wrapped
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.gait_cycles import PERCENT
-from pose_evaluation.limb_attitude import LIMBS, limb_attitude, limb_roll, segment_rotations
+from pose_evaluation.limb_attitude import (
+    LIMBS,
+    limb_attitude,
+    limb_roll,
+    model_of,
+    segment_rotations,
+)
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.stability import BONES_SHOWN, bone_lengths
 from pose_evaluation.tables import method_label, readable
@@ -91,7 +97,8 @@ def attitude_sources(analysis: Analysis) -> dict[str, str]:
 def attitude_figures(analysis: Analysis) -> FigureSet:
     """Pitch, yaw and roll of each limb by Kinect, IMU and both, as zhang2015's figures 8 and 9.
 
-    Roll cannot be computed from joint positions, so raw Kinects and position references have none.
+    Roll cannot be computed from joint positions, so raw Kinects and position references have none;
+    neither have estimates with the user's own body model, whose links are not known here.
     """
     recording = analysis.recording
     sources = attitude_sources(analysis)
@@ -100,7 +107,9 @@ def attitude_figures(analysis: Analysis) -> FigureSet:
     rolls = {
         role: recording.estimates[name]
         for role, name in sources.items()
-        if role != "Kinect" and name in recording.estimates
+        if role != "Kinect"
+        and name in recording.estimates
+        and model_of(recording.estimates[name].names)
     }
     pictures = []
     for limb in LIMBS:
