@@ -8,7 +8,7 @@ import numpy as np
 from pose_core.api import Clocks, ImuBlock, SensorFrame, StampCheck
 from pose_core.counters import Counters
 from pose_core.errors import InputError
-from pose_fusion.watching.cameras import CameraWatch
+from pose_fusion.watching.cameras import IMPLAUSIBLE, CameraWatch
 from pose_fusion.watching.stages import LatencyStages
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
@@ -77,7 +77,7 @@ class SampleReader:
         if self.check is not None:
             checked = self.check.skeleton(persons[0], times.received_ns, clocks)
             if checked is None:
-                self.watch.note_trouble(sensor, "its stamps are implausible")
+                self.watch.note_trouble(sensor, IMPLAUSIBLE)
                 return None
             persons = [replace(person, stamp_ns=checked.stamp_ns) for person in persons]
         if sensor == self._reference:

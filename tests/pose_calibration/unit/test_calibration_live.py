@@ -246,6 +246,17 @@ def test_a_named_person_is_taken_from_frames_with_several():
     assert angle_deg(extrinsics.T_reference_sensor["right"], TRUE) < 0.5
 
 
+def test_an_id_that_nobody_has_is_named_until_somebody_has_it():
+    calibration = LiveCalibration(LiveCalibrationParameters(person="first"))
+    frames = samples(duration_s=16.0)
+    half = len(frames) // 2
+    assert not feed(calibration, frames[:half])
+    assert "nobody has the id 'first' (person), only '1'" in calibration.status
+    calibration.selector.choose_by("")
+    assert feed(calibration, frames[half:])
+    assert "nobody" not in calibration.status
+
+
 def test_mirrored_data_are_refused():
     calibration = LiveCalibration(LiveCalibrationParameters())
     some = mirrored(with_bent_knees(samples(duration_s=10.0)), "left", "right")

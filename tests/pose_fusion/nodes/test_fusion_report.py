@@ -16,9 +16,10 @@ from pose_core.streams.samples import ImuSample, block_of
 from pose_core.streams.stamp_check import StampCheck
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.sample_reader import COUNTS, SampleReader
-from pose_fusion.watching.cameras import UNDECIDED
+from pose_fusion.watching.cameras import IMPLAUSIBLE, UNDECIDED
 from pose_node.node_status import Level
 
+NOW_NS = 1_764_000_000 * NS_PER_S
 DURATION_S = 12.0
 ANGULAR_VELOCITY = "the angular velocity of the IMU on left_thigh"
 
@@ -139,6 +140,31 @@ def test_an_imu_without_orientation_or_plausible_stamps_is_not_called_silent():
     message = reporter.report((), {}, {}).message
     assert "no samples" not in message
     assert "their stamps are zero: set header.stamp to the time of capture" in message
+
+
+def test_a_camera_is_not_said_to_have_wrong_stamps_once_it_sees_nobody():
+    _, _, skeletons, _ = moving_wearer(4.0)
+    reporter, reader = reporter_of(skeletons[:-64])
+    later = [sample for sample in skeletons[-64:] if sample.sensor == "right"]
+
+    def said(left_sends):
+        """What is said after some checks, while the right camera goes on."""
+        for _ in range(6):
+            left_sends()
+            reader.watch.note_frame("right", later[:1])
+            reporter._pipeline.add([later.pop(0)])
+            reporter.check()
+        return reporter.report((), {}, {}).message
+
+    def zero_stamps():
+        for _ in range(10):
+            reader.check.skeleton(replace(skeletons[0], sensor="left", stamp_ns=0), NOW_NS, {})
+        reader.watch.note_trouble("left", IMPLAUSIBLE)
+
+    assert "left is not used: its stamps are zero" in said(zero_stamps)
+    message = said(lambda: reader.watch.note_frame("left", ()))
+    assert "stamps are zero" not in message
+    assert "left does not show the subject: it sees nobody" in message
 
 
 def test_views_that_are_apart_are_reported_until_only_one_camera_sees():

@@ -89,6 +89,8 @@ class LiveCalibration:
         """Instruction to the person; empty if there is none."""
         if self.is_finished:
             return ""
+        if self.selector.missing:
+            return self.selector.missing
         if self.state is CalibrationState.CALIBRATED:
             return self.collection.advice
         return self.collection.waits_for

@@ -8,6 +8,7 @@ from pose_calibration.people.view_matching import rough_places, views_of_sensor
 from pose_core.api import Extrinsics, PeopleTracker, SensorFrame, SkeletonSample
 from pose_core.counters import Counters
 
+MAX_NAMED = 4  # [-] ids that are named
 REMEMBERED = 2_400  # [frames] 40 s of two sensors
 GONE_S = 6.0  # [s] of absence after which another person is chosen
 MATCH_AFTER_S = 5.0  # [s] of several people in view until they are matched
@@ -75,6 +76,14 @@ class CalibrationPerson:
         self.restart()
 
     @property
+    def missing(self) -> str:
+        """Why nobody is selected, if the id is nobody's; empty otherwise."""
+        if not self._other_ids:
+            return ""
+        there = ", ".join(repr(each) for each in sorted(self._other_ids))
+        return f"nobody has the id {self.person!r} (person), only {there}: set it, or empty"
+
+    @property
     def is_waiting(self) -> bool:
         """Whether there are several people whose views are not matched yet."""
         return self._is_several and self._tracker is None
@@ -86,6 +95,7 @@ class CalibrationPerson:
 
     def restart(self) -> None:
         """Drop all persons."""
+        self._other_ids: set[str] = set()  # seen since the person's own was
         self._held: deque[SensorFrame] = deque(maxlen=REMEMBERED)
         self._extrinsics: Extrinsics | None = None
         self._tracker: PeopleTracker | None = None
@@ -110,7 +120,7 @@ class CalibrationPerson:
 
     def _select(self, frame: SensorFrame) -> list[SkeletonSample]:
         if self.person:
-            return with_id(frame, self.person)
+            return self._with_id(frame)
         if len(frame) > 1 and not self._is_several:
             self._is_several = True
             self._next_match_ns = frame[0].stamp_ns + round(self._match_after_s * 1e9)
@@ -125,6 +135,14 @@ class CalibrationPerson:
             self.counters.add("held_frames")
             return []
         return list(frame)
+
+    def _with_id(self, frame: SensorFrame) -> list[SkeletonSample]:
+        chosen = with_id(frame, self.person)
+        if chosen:
+            self._other_ids.clear()
+        elif len(self._other_ids) < MAX_NAMED:
+            self._other_ids.update(sample.person for sample in frame)
+        return chosen
 
     def match(self, stamp_ns: int) -> list[SkeletonSample]:
         """Match the views of all persons so far, if it is time for it.

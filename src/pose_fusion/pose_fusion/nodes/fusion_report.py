@@ -6,7 +6,7 @@ import numpy as np
 
 from pose_core.api import IMUS, PeoplePipeline
 from pose_fusion.sample_reader import SampleReader
-from pose_fusion.watching.cameras import MISSED_CHECKS, NO_IMUS, UNDECIDED
+from pose_fusion.watching.cameras import IMPLAUSIBLE, MISSED_CHECKS, NO_IMUS, UNDECIDED
 from pose_node.node_status import Level, Report
 
 APART_M = 0.15  # [m] of the cameras' views of the subject; late trackers cause a part of it
@@ -166,8 +166,14 @@ class FusionReporter:
 
     @property
     def excluded(self) -> Mapping[str, str]:
-        """Sources whose stamps are implausible, and why."""
-        return self._stamp_check.excluded if self._stamp_check is not None else {}
+        """Sources whose stamps are implausible, and why; not cameras that see nobody by now."""
+        found = self._stamp_check.excluded if self._stamp_check is not None else {}
+        missing = self._watch.missing
+        return {
+            name: why
+            for name, why in found.items()
+            if missing.get(name, IMPLAUSIBLE) == IMPLAUSIBLE
+        }
 
     def _camera_remarks(self) -> Iterator[str]:
         """Sources with implausible stamps, and cameras whose frames are of little use."""

@@ -9,6 +9,7 @@ MISSED_CHECKS = 2  # [checks] in a row without the subject, after which a camera
 ELSEWHERE = "it shows nobody at the subject's position: check its pose, units and joints"
 NO_IMUS = "no IMUs"
 UNDECIDED = "it is not decided yet who is in view"
+IMPLAUSIBLE = "its stamps are implausible"
 SILENT = "it is silent: check its node and its cable"
 
 
