@@ -107,6 +107,13 @@ def test_a_body_of_unknown_size_is_refused():
         estimate_body_shape(MODEL, positions, assume_unseen=True)
 
 
+@pytest.mark.parametrize("unit", [0.1, 3.28])
+def test_positions_that_are_not_in_metres_are_refused(unit):
+    positions = unit * kinematics().pose(random_dof(np.random.default_rng(8), 40)).positions
+    with pytest.raises(BodyShapeError, match="times as long as .*: give positions in metres"):
+        estimate_body_shape(MODEL, positions, assume_unseen=True)
+
+
 def test_body_measurement_assumes_after_its_patience_what_is_never_seen():
     _, dof = motion(2.0)
     positions = kinematics().pose(dof).positions

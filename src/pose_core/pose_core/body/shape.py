@@ -30,6 +30,7 @@ MIN_MEASURED = 5  # [-] joints that determine the size of an average body
 UPRIGHT = np.radians(25.0)  # [rad] largest angle between thigh and trunk of a standing person
 ARM_ENDS = JOINT_PAIRS["elbow"] + JOINT_PAIRS["hand"]
 MAX_BONE = 1.0  # [m] plausibility limit
+SIZES = (0.25, 1.7)  # [-] of an infant and a giant, relative to the average body
 
 
 class BodyShapeError(PoseError):
@@ -72,7 +73,7 @@ def estimate_body_shape(
 
     Raises:
         BodyShapeError: If a joint was tracked too rarely; with ``assume_unseen``, if so many were
-            that the size is unknown.
+            that the size is unknown; or if it is no person's.
     """
     in_trunk = np.einsum(
         "nji,nkj->nki", trunk_axes(positions), positions - mid_hip(positions)[:, None, :]
@@ -102,6 +103,11 @@ def estimate_body_shape(
     average = shape_of(model, neutral_pose()).offsets
     length, usual = (np.linalg.norm(each[measured], axis=1).sum() for each in (offsets, average))
     size = length / usual  # [-] of the person, relative to the average body
+    if not SIZES[0] < size < SIZES[1]:
+        raise BodyShapeError(
+            f"its bones are {size:.2g} times as long as an average body's, expected {SIZES[0]} to "
+            f"{SIZES[1]}: give positions in metres"
+        )
     return BodyShape(
         offsets=np.where(measured[:, None], offsets, size * average),
         assumed=tuple(name for name in JOINTS if not measured[JOINT_INDEX[name]]),

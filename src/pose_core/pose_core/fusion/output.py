@@ -18,6 +18,7 @@ from pose_core.stamps import NS_PER_S
 
 MAX_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an unknown angle: uniform distribution, 104°
 MIN_STDDEV = np.radians(0.5)  # [rad] of an angle
+ROOT_POSITION = 3  # [-] of the root's degrees of freedom are its position, the others angles
 START_STDDEV = np.radians(30.0)  # [rad] of the angles, below which publishing starts
 START_NS = 2 * NS_PER_S  # [ns] after the first pose, from which on it starts in any case
 
@@ -93,7 +94,8 @@ class StateOutput:
         fields = output._asdict()
         # A smoothed covariance may be indefinite by rounding.
         stddev = np.sqrt(np.maximum(fields.pop("variance"), 0.0))
-        stddev[:, ROOT_DOF:] = np.clip(stddev[:, ROOT_DOF:], MIN_STDDEV, MAX_STDDEV)
+        stddev[:, ROOT_DOF:] = np.maximum(stddev[:, ROOT_DOF:], MIN_STDDEV)
+        stddev[:, ROOT_POSITION:] = np.minimum(stddev[:, ROOT_POSITION:], MAX_STDDEV)
         return EstimateBlock(
             stamps_ns=stamps_ns,
             newest_ns=block.newest_ns,

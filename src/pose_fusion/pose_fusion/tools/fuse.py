@@ -192,14 +192,18 @@ def fuse(
         )
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
     gc.freeze()  # the garbage collector need not visit the imported modules again and again
-    with waiting_bar(console, "calibrating"):
-        extrinsics = find_extrinsics(
-            bag, parameters.sensors, console, parameters.extrinsics_file, imus=parameters.use_imus
-        )
     with (
         BagWriter(out_bag, storage) as writer,
         progress_bar(console, TimeRemainingColumn()) as progress,
     ):
+        with waiting_bar(console, "calibrating"):
+            extrinsics = find_extrinsics(
+                bag,
+                parameters.sensors,
+                console,
+                parameters.extrinsics_file,
+                imus=parameters.use_imus,
+            )
         if alignments:
             console.print(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
         before = first_pass(parameters) if imu_topics(bag) else None
@@ -235,9 +239,10 @@ def _reason_for_no_pose(pipeline: PeoplePipeline) -> str:
             f"gave no pose ({pipeline.status}): --person is first, nearest, imus, or the id by "
             "which a sensor knows the person"
         )
+    needed = f": the sensors must see the whole person for {parameters.shape_duration:g} s"
     return (
-        f"gave no pose in {pipeline.subject.counters['frames']} frames ({pipeline.status}): the "
-        f"sensors must see the whole person for {parameters.shape_duration:g} s"
+        f"gave no pose in {pipeline.subject.counters['frames']} frames ({pipeline.status})"
+        f"{'' if 'in metres' in pipeline.status else needed}"
     )
 
 
