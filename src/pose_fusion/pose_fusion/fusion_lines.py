@@ -58,7 +58,7 @@ def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
         )
     elif others:
         yield (
-            f"people: {appeared}; followed: {rule}; not used: {others} skeletons of others "
+            f"people: {appeared}; chosen: {rule}; not used: {others} skeletons of others "
             f"(--max-people {min(appeared, 6)}, or --person nearest, imus, a sensor's id)"
         )
 

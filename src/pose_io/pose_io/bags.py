@@ -200,8 +200,8 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
         files = [*path.glob("*.mcap"), *path.glob("*.db3")]
         if len(files) != 1:
             raise InputError(
-                f"{path} is not a bag, and holds no recordings of skeletons: it has neither "
-                f"metadata.yaml nor one .mcap or .db3 file but {len(files)} (of a bag in several "
+                f"{path} is not a bag, and holds no recordings of skeletons: it has no "
+                f"metadata.yaml and {len(files) or 'no'} .mcap or .db3 files (of a bag in several "
                 "files, 'ros2 bag reindex' makes the metadata.yaml)"
             )
         path = files[0]  # its recording was interrupted

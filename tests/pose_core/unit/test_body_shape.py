@@ -110,7 +110,7 @@ def test_a_body_of_unknown_size_is_refused():
 @pytest.mark.parametrize("unit", [0.1, 3.28])
 def test_positions_that_are_not_in_metres_are_refused(unit):
     positions = unit * kinematics().pose(random_dof(np.random.default_rng(8), 40)).positions
-    with pytest.raises(BodyShapeError, match="times as long as .*: give positions in metres"):
+    with pytest.raises(BodyShapeError, match="give positions in metres"):
         estimate_body_shape(MODEL, positions, assume_unseen=True)
 
 

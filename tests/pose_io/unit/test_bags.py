@@ -195,7 +195,7 @@ def damaged(path: Path, typestore, damage) -> Path:
     ("make", "message"),
     [
         (lambda path, _: path, "found no bag"),
-        (lambda path, _: path.mkdir() or path, "neither metadata.yaml nor"),
+        (lambda path, _: path.mkdir() or path, "no metadata.yaml and no .mcap or .db3 files"),
         (lambda path, _: path.write_text("x") and path, "is not a bag"),
         (lambda path, ts: damaged(path, ts, lambda data: data[: len(data) // 2]), "not a readable"),
         (lambda path, ts: damaged(path, ts, lambda _: b""), "not a readable"),

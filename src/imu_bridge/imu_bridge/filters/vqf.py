@@ -97,7 +97,7 @@ class VqfOrientation(OrientationFilter):
                     sensor = self._sensors[i] = self._begin(i, period_s, sensor.first)
                     return sensor
         _feed(sensor, sample)
-        self._look(i, sensor)
+        self._update_bias(i, sensor)
         return sensor
 
     def _begin(self, i: int, period_s: float, first: list[Sample]) -> _Sensor:
@@ -119,8 +119,8 @@ class VqfOrientation(OrientationFilter):
             _feed(sensor, sample)
         return sensor
 
-    def _look(self, i: int, sensor: _Sensor) -> None:
-        """Read bias, rest and disturbance from the filter."""
+    def _update_bias(self, i: int, sensor: _Sensor) -> None:
+        """Take over the bias; after the first rest, have VQF estimate it at rest only."""
         if self._settings.gyro_bias_window <= 0.0:
             return
         resting = bool(sensor.vqf.getRestDetected())

@@ -25,7 +25,7 @@ from pose_core.api import (
 from pose_core.joints import SEGMENTS
 from pose_core.stamps import NS_PER_S
 
-LOOK_NS = NS_PER_S  # [ns] time between two looks at what is missing
+UPDATE_NS = NS_PER_S  # [ns] time between two updates of the progress
 NO_POSE = "no pose yet: stand in view of the cameras"
 
 
@@ -73,7 +73,7 @@ class ImuCalibration:
             )
         self.is_done, self.progress, self.missing = False, 0.0, self._absent() or NO_POSE
         self._begin_ns: int | None = None
-        self._look_ns = 0
+        self._update_ns = 0
 
     def use_clocks(self, clocks: Clocks) -> None:
         """Use these clocks for later samples."""
@@ -87,10 +87,10 @@ class ImuCalibration:
         if self._begin_ns is None:
             self.missing = self._absent() or NO_POSE
         if estimates and self._begin_ns is None:
-            self._begin_ns = self._look_ns = estimates[0].stamp_ns
-        if estimates and estimates[-1].stamp_ns >= self._look_ns:
-            self._look_ns = estimates[-1].stamp_ns + LOOK_NS
-            self._look()
+            self._begin_ns = self._update_ns = estimates[0].stamp_ns
+        if estimates and estimates[-1].stamp_ns >= self._update_ns:
+            self._update_ns = estimates[-1].stamp_ns + UPDATE_NS
+            self._update_progress()
 
     def finish(self) -> ImuCalibrationResult:
         """The result from all samples.
@@ -128,7 +128,7 @@ class ImuCalibration:
         who = ", ".join(absent) or "any segment"
         return f"no samples from the IMU of {who}: check its cable or radio, and the nodes file"
 
-    def _look(self) -> None:
+    def _update_progress(self) -> None:
         """Find out how far the calibration is and what the person should do next."""
         enough, shares = self.parameters.enough_stddev, {}
         uses = {use.segment: use for use in self.pipeline.imu_uses}

@@ -45,6 +45,8 @@ MAX_WINDOWS = 20  # [-]
 NEAR_S = 0.1  # [s] about a known offset
 LIMBS_LAG_STDDEV_S = 0.02  # [s] of a tracker's lag between limbs
 SAME_LEAD_S = 0.06  # [s] within which the arrival of an IMU's samples agrees with its motion
+EARLY_DEVIATIONS = 2.0  # [-] of the measured delay, by which a tracker may seem early
+MAX_EARLY_S = 0.06  # [s] of these
 CLEARLY = 4.0  # [-] standard deviations from most other IMUs, if its samples arrive accordingly
 VERY_CLEARLY = 6.0  # [-] if they do not; sound IMUs are apart by up to 4.7
 
@@ -61,9 +63,13 @@ class ImuFindings:
     gravity: Gravity | None  # None if the upright body is as certain
 
 
-def is_clocks(offset_s: float) -> bool:
-    """Whether an offset of the IMUs' clock [s] is outside the range of trackers' delays."""
-    return not MIN_DELAY_S <= TRACKER_DELAY_S - offset_s <= MAX_DELAY_S
+def is_clocks(offset_s: float, stddev_s: float) -> bool:
+    """Whether an offset of the IMUs' clock [s] is outside the range of trackers' delays.
+
+    Trackers that seem early by no more than the measurement's error are in time.
+    """
+    earliest_s = MIN_DELAY_S - min(EARLY_DEVIATIONS * stddev_s, MAX_EARLY_S)
+    return not earliest_s <= TRACKER_DELAY_S - offset_s <= MAX_DELAY_S
 
 
 def imu_findings(
@@ -103,7 +109,7 @@ def imu_findings(
         )
         for segment, own in apart.items()
     }
-    if is_clocks(offset_s):
+    if is_clocks(offset_s, delay.stddev_s):
         measured = _over_time(views, verticals, delay.estimate_s)
         if measured:
             clocks[IMUS] = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S)

@@ -68,7 +68,7 @@ class CalibrationPerson:
 
     def __init__(self, sensors: Sequence[str], person: str = "") -> None:
         self.counters = Counters(
-            "nobody_seen", "followed", "other_person", "held_frames", "matched", "not_matched"
+            "nobody_seen", "chosen", "other_person", "held_frames", "matched", "not_matched"
         )
         self._sensors = tuple(sensors)
         self.person = person
@@ -114,7 +114,7 @@ class CalibrationPerson:
             self.counters.add("nobody_seen")
             return []
         chosen = self._select(frame)
-        self.counters.add("followed", len(chosen))
+        self.counters.add("chosen", len(chosen))
         self.counters.add("other_person", len(frame) - min(len(chosen), 1))
         return chosen
 

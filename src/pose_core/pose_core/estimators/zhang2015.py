@@ -160,7 +160,7 @@ class Zhang2015Estimator(StepwiseEstimator):
         pose.position[3:6] = continuous_vector(vector_from_rotation(pose.rotations[0]), before[3:6])
         for index, link in enumerate(self.model.links.values()):
             if link.name in weights or link.parent in weights:
-                self._read_link(pose, index, link, weights.get(link.name), before)
+                self._extract_angles(pose, index, link, weights.get(link.name), before)
         placed = self._kinematics.pose(pose.position)
         pose.rotations, pose.joints = placed.rotations, placed.positions
         if self._previous is not None:
@@ -168,7 +168,7 @@ class Zhang2015Estimator(StepwiseEstimator):
             if 0.0 < step_s <= MAX_STEP_S:
                 pose.velocity = (pose.position - before) / step_s
 
-    def _read_link(
+    def _extract_angles(
         self,
         pose: FusedPose,
         index: int,

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray, unit_vectors
 from pose_core.finite_numbers import are_known
+from pose_core.imu.exchange_check import DIRECTION_STDDEV, INDEPENDENT_S, LATE_S
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, LEGS, SEGMENT_ENDS, SIDES
@@ -30,13 +31,11 @@ PERIOD_NS = 100_000_000  # [ns] between two frames of a camera that are used
 BIN_NS = NS_PER_S  # [ns] of one partial sum
 LAST_BINS = 7  # partial sums that are the last seconds
 MEMORY_BINS = 30.0  # time constant of the mean before, in partial sums
-DIRECTION_STDDEV = 0.12  # [rad] of an axis by a camera
 HINGE_STDDEV = 0.2  # [rad] of a knee's axis, bent at a right angle
 MIN_BEND = 0.3  # [-] sine of a knee's bend from which on its axis is used
-LATE_S = 0.1  # [s] in addition for each unit of the sensor's rate
-INDEPENDENT_S = 0.8  # [s] correlation time of these errors
 MIN_LAST, MIN_BEFORE = 0.3, 0.6  # independent samples required
 POSTURE_STDDEV = 0.12  # [rad] by which a mean differs from posture to posture
+TRUNK_POSTURE_STDDEV = 0.15  # [rad] the same of trunk and pelvis: they are not rigid
 SLIP_STDDEV = 0.5  # [rad] prior of a slip
 MIN_GAIN = 8.0  # [-] of the squared distance
 MIN_SHARE = 0.43  # [-] of it, for each camera
@@ -130,7 +129,8 @@ class SlipCheck:
         return [
             segment
             for segment, row in self._row.items()
-            if is_judged[row] and _has_slipped(last[:, row], before[:, row], is_known[:, row])
+            if is_judged[row]
+            and _has_slipped(segment, last[:, row], before[:, row], is_known[:, row])
         ]
 
     def _restart(self, segments: tuple[str, ...], sensors: int, stamp_ns: int) -> None:
@@ -170,12 +170,15 @@ class SlipCheck:
         return unit_vectors(axes), variance
 
 
-def _has_slipped(last: FloatArray, before: FloatArray, is_known: NDArray[np.bool_]) -> bool:
+def _has_slipped(
+    segment: str, last: FloatArray, before: FloatArray, is_known: NDArray[np.bool_]
+) -> bool:
     """Whether a rotation explains one IMU's axes better, from the sums (sensors, 2, 4)."""
+    posture_stddev = TRUNK_POSTURE_STDDEV if segment in ("torso", "pelvis") else POSTURE_STDDEV
     # One camera of several, while the others do not see the segment, errs as easily.
     is_alone = len(is_known) > 1 and np.count_nonzero(is_known.any(axis=1)) == 1
     last, before = last[is_known], before[is_known]
-    weight = 1.0 / (1.0 / last[:, 3] + 1.0 / before[:, 3] + POSTURE_STDDEV**2)
+    weight = 1.0 / (1.0 / last[:, 3] + 1.0 / before[:, 3] + posture_stddev**2)
     axis_last, axis_before = unit_vectors(last[:, :3]), unit_vectors(before[:, :3])
     outer = np.einsum("n,ni,nj->nij", weight, axis_last, axis_before)
     B = np.zeros((len(is_known), 3, 3))

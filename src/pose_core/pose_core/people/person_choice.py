@@ -120,7 +120,7 @@ class ChosenPerson:
     """
 
     def __init__(self, rule: str = "", extrinsics: Extrinsics | None = None) -> None:
-        self.counters = Counters("nobody_seen", "followed", "other_person")
+        self.counters = Counters("nobody_seen", "chosen", "other_person")
         self._rule = rule
         self._wearer = WearerSearch()
         self._everywhere: _People | None = None
@@ -156,7 +156,7 @@ class ChosenPerson:
             assigned = people.add(frame)
             choice.update(people)
             chosen = [sample for number, sample in assigned if number == choice.number]
-        self.counters.add("followed", len(chosen))
+        self.counters.add("chosen", len(chosen))
         self.counters.add("other_person", len(frame) - min(len(chosen), 1))
         return chosen
 

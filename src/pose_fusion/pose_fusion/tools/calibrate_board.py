@@ -106,7 +106,7 @@ def named(entries: Sequence[str], what: str) -> dict[str, Path]:
     return result
 
 
-def look_into_folders(folders: Mapping[str, Path], board: Board, progress: Progress) -> Found:
+def detect_in_folders(folders: Mapping[str, Path], board: Board, progress: Progress) -> Found:
     """Find the board in image files."""
     detector = BoardDetector(board)
     pairs = paired_files(folders)
@@ -118,7 +118,7 @@ def look_into_folders(folders: Mapping[str, Path], board: Board, progress: Progr
     return Found(cameras=list(folders), instants=instants, names=names)
 
 
-def look_into_bag(path: Path, arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
+def detect_in_bag(path: Path, arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
     """Find the board in a bag's images.
 
     Raises:
@@ -161,7 +161,7 @@ def look_into_bag(path: Path, arguments: argparse.Namespace, board: Board, bar: 
     return _collected(collector, arguments.cameras or sorted(with_images), intrinsics)
 
 
-def look_live(arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
+def detect_live(arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
     """Find the board in the running cameras' images, until there are enough."""
     from pose_fusion.nodes.board_images import collect_live  # ROS only where it is wanted
 
@@ -221,7 +221,7 @@ def main(given: list[str]) -> None:
     check_folder_of(arguments.output)
     infos = {name: load_camera(path) for name, path in named(arguments.info, "camera info").items()}
     with progress_bar(Console(stderr=True)) as bar:
-        found = _look(arguments, board, bar)
+        found = _detect(arguments, board, bar)
     names = found.cameras
     strange = sorted(set(infos) - set(names))
     if strange:
@@ -237,18 +237,18 @@ def main(given: list[str]) -> None:
     print(f"{arguments.output}: {', '.join(extrinsics.sensors)}")
 
 
-def _look(arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
+def _detect(arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
     """Find the board in the source that the arguments name."""
     if arguments.live:
         if len(set(arguments.live)) < 2 or arguments.source:
             raise InputError("--live wants two or more different cameras, and no other source")
-        return look_live(arguments, board, bar)
+        return detect_live(arguments, board, bar)
     if len(arguments.source) == 1 and "=" not in arguments.source[0]:
-        return look_into_bag(Path(arguments.source[0]), arguments, board, bar)
+        return detect_in_bag(Path(arguments.source[0]), arguments, board, bar)
     folders = named(arguments.source, "folder of images")
     if len(folders) < 2:
         raise InputError("expected NAME=FOLDER of two or more cameras, a bag, or --live NAME NAME")
-    return look_into_folders(folders, board, bar)
+    return detect_in_folders(folders, board, bar)
 
 
 def _floor_instant(wanted: str | None, names: Sequence[str]) -> int | None:

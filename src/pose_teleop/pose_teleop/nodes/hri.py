@@ -22,7 +22,7 @@ from pose_teleop.human_model import HumanAngles, human_urdf, joint_offsets
 from pose_teleop.nodes.bodies import LATCHED, NEWEST, body_topic
 from pose_teleop.parameters import HriParameters
 
-LOOK_S = 0.1  # [s] between checks whether the person is tracked
+CHECK_S = 0.1  # [s] between checks whether the person is tracked
 
 
 class HriNode(Node):
@@ -52,7 +52,7 @@ class HriNode(Node):
         self.create_subscription(JointState, ours("joint_states"), self._on_states, NEWEST)
         self.create_subscription(String, ours("urdf"), self._on_urdf, LATCHED)
         self.create_subscription(TFMessage, "tf", self._on_tf, 20)
-        steady_timer(self, LOOK_S, self._look)
+        steady_timer(self, CHECK_S, self._announce)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
 
     def _on_states(self, message: JointState) -> None:
@@ -72,7 +72,7 @@ class HriNode(Node):
         header = to_header(nanoseconds(message.header.stamp), f"body_{body}")
         names = [f"{name}_{body}" for name in found]
         self._states.publish(JointState(header=header, name=names, position=list(found.values())))
-        self._look()
+        self._announce()
 
     def _refuse(self, counter: str, why: str) -> None:
         self._counters.add(counter)
@@ -95,7 +95,7 @@ class HriNode(Node):
             root.child_frame_id = f"body_{self._settings.id}"
             self._tf.publish(TFMessage(transforms=[root]))
 
-    def _look(self) -> None:
+    def _announce(self) -> None:
         """Publish the list of tracked bodies when it changes."""
         now_ns = int(self.get_clock().now().nanoseconds)
         heard = self._heard_ns

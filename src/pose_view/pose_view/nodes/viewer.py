@@ -99,7 +99,7 @@ class ViewerNode(Node):
             self._look_away()
             return
         if not self._looking:
-            self._look()
+            self._subscribe_all()
         self._newest.hand_over()
         now_ns = self._now_ns()
         now_s = now_ns / NS_PER_S
@@ -119,11 +119,11 @@ class ViewerNode(Node):
         titles = {place.body: place.title for place in self.viewer.places}
         return LiveGraph(titles, self._settings.sensors, self._settings.plot_span)
 
-    def _look(self) -> None:
+    def _subscribe_all(self) -> None:
         """Subscribe to all topics."""
         self._graph, self._newest = self._new_graph(), Newest()
         for body in self._graph.bodies:
-            self._look_at(body)
+            self._subscribe_body(body)
         for sensor in self._settings.sensors:
             topic, take = skeletons_topic(sensor), partial(self._on_raw, sensor)
             self._subscribe(SkeletonArray, topic, take, qos_profile_sensor_data, raw=True)
@@ -137,7 +137,7 @@ class ViewerNode(Node):
         self._subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics)
         self._pace(round(NS_PER_S / self._settings.rate))
 
-    def _look_at(self, body: str) -> None:
+    def _subscribe_body(self, body: str) -> None:
         prefix = f"humans/bodies/{body}"
         self._subscribe(Skeleton, f"{prefix}/skeleton", partial(self._on_skeleton, body), raw=True)
         on_estimate = partial(self._on_estimate, body)
@@ -154,7 +154,7 @@ class ViewerNode(Node):
         shown = {m["body"] for m in found if m and m["leaf"] in ("skeleton", "estimate")}
         for body in sorted(shown - set(self._graph.bodies)):
             self._graph.add_body(body, place_of(body).title)
-            self._look_at(body)
+            self._subscribe_body(body)
 
     def _forget(self, body: str) -> None:
         """Unsubscribe from a body that is no longer published."""
