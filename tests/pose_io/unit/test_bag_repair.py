@@ -124,7 +124,7 @@ def test_for_a_database_doctor_has_the_command_that_makes_its_metadata(tmp_path,
 def test_a_split_bag_without_metadata_is_refused_with_instructions(tmp_path):
     for part in range(2):
         (tmp_path / f"bag_{part}.db3").write_bytes(b"")
-    with pytest.raises(InputError, match=r"but 2 .*'ros2 bag reindex' makes"):
+    with pytest.raises(InputError, match=r"and 2 .mcap or .db3 files .*'ros2 bag reindex' makes"):
         open_bag(tmp_path)
 
 
