@@ -14,6 +14,7 @@ FAULTS = {
 }
 """Lines by the counter of a fault."""
 NOTABLE_SWAPS = 0.1  # [-] share of frames with exchanged sides from which on they are named
+NOTABLE_S = 0.005  # [s] by which poses are earlier than the stamps, from which on it is said
 UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
 
 
@@ -99,7 +100,7 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
     """How late each camera's tracker is; without IMUs, how late the reference's probably is."""
     if not pipeline.imu_samples:
         late_s = reference_delay_s(pipeline.clocks)
-        if late_s > 0.0 and not pipeline.parameters.tracker_delay:
+        if late_s > NOTABLE_S and not pipeline.parameters.tracker_delay:
             yield (
                 f"poses: {1e3 * late_s:.0f} ms before the reference's stamps, whose tracker is "
                 "probably late, as another camera seems earlier; its clock may differ instead: "

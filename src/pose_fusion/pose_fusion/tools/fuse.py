@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
 
@@ -21,23 +19,12 @@ from pose_core.api import (
     body_model_of,
     first_pass,
     load_body_shape,
-    make_urdf,
     save_body_shape,
     with_measured_delay,
 )
 from pose_core.errors import InputError, PoseError
 from pose_core.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
-from pose_core.stamps import NS_PER_S
-from pose_evaluation.unseen import unseen_line
-from pose_fusion.conversions import (
-    body_topics,
-    to_bag_message,
-    to_static_tf,
-    to_string,
-    type_name,
-    urdf_topic,
-)
-from pose_fusion.estimate_bytes import EstimateBytes
+from pose_fusion.estimate_writer import EstimateWriter
 from pose_fusion.fusion_lines import closing_lines
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
@@ -45,7 +32,6 @@ from pose_fusion.tools.compiling import prepare_visibly
 from pose_io.bag_samples import BagFrames
 from pose_io.bag_writer import STORAGES, BagWriter
 from pose_io.bags import BagReader, open_bag
-from pose_io.names import TF_STATIC
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, run_many
@@ -90,66 +76,6 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionNode
     return replace(parameters, sensors=checked_sensors(bag, wanted, parameters.extrinsics_file))
 
 
-class EstimateWriter:
-    """Writes everybody's estimates into a bag, under the live topics' names."""
-
-    def __init__(self, writer: BagWriter, pipeline: PeoplePipeline) -> None:
-        self._writer = writer
-        self._pipeline = pipeline
-        self._bytes: dict[str, EstimateBytes] = {}
-        self._begin_ns = 0  # [ns] stamp of the first sample
-        self._urdf: dict[str, object] = {}  # the measures that were written last, by id
-        self._stamps_ns: list[NDArray[np.int64]] = []  # of the subject's estimates
-        self._sources: list[NDArray[np.uint8]] = []  # of any of its degrees of freedom
-        writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
-
-    def write(self, body_id: str, block: EstimateBlock) -> None:
-        """Append all messages of one person's estimates, stamped with their instants."""
-        model, stamp_ns = self._pipeline.subject.model, int(block.stamps_ns[0])
-        if body_id == self._pipeline.parameters.subject:
-            self._begin_ns = self._begin_ns or self._pipeline.subject.first_ns
-            self._stamps_ns.append(block.stamps_ns)
-            self._sources.append(np.bitwise_or.reduce(block.source, axis=1))
-        if not self._bytes:
-            extrinsics = self._pipeline.extrinsics
-            if extrinsics is not None:
-                sensors = self._pipeline.parameters.sensors
-                placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in sensors}
-                self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
-        if body_id not in self._bytes:
-            self._writer.add_topic(urdf_topic(body_id), "std_msgs/msg/String", latched=True)
-            for topic, message_type in body_topics(body_id).items():
-                self._writer.add_topic(topic, type_name(message_type))
-            typestore = self._writer.typestore
-            self._bytes[body_id] = EstimateBytes(model, body_id, typestore, block[0])
-        shape = self._pipeline.shape_of(body_id)
-        if shape is not None and shape is not self._urdf.get(body_id):
-            self._urdf[body_id] = shape
-            urdf = make_urdf(model, shape, body_id)
-            self._append(urdf_topic(body_id), to_string(urdf), stamp_ns)
-        latencies_s = (block.newest_ns - block.stamps_ns) / NS_PER_S
-        to_bytes = self._bytes[body_id]
-        topics = [
-            (topic, to_bytes.types[topic], data.tobytes(), data.shape[1])
-            for topic, data in to_bytes.write(block, latencies_s)
-        ]
-        for index, stamp_ns in enumerate(block.stamps_ns.tolist()):
-            for topic, msgtype, data, size in topics:
-                message = data[index * size : (index + 1) * size]
-                self._writer.write_serialized(topic, msgtype, message, stamp_ns)
-
-    @property
-    def unseen(self) -> str:
-        """When no camera saw the subject, as a line; empty if one always did."""
-        if not self._stamps_ns:
-            return ""
-        stamps_ns, sources = np.concatenate(self._stamps_ns), np.concatenate(self._sources)
-        return unseen_line(stamps_ns, sources, self._begin_ns, self._pipeline.subject.newest_ns)
-
-    def _append(self, topic: str, message: object, stamp_ns: int) -> None:
-        self._writer.write(topic, to_bag_message(message, self._writer.typestore), stamp_ns)
-
-
 def make_pipeline(
     parameters: FusionNodeParameters,
     extrinsics: Extrinsics,
@@ -192,10 +118,7 @@ def fuse(
         )
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
     gc.freeze()  # the garbage collector need not visit the imported modules again and again
-    with (
-        BagWriter(out_bag, storage) as writer,
-        progress_bar(console, TimeRemainingColumn()) as progress,
-    ):
+    with BagWriter(out_bag, storage) as writer:
         with waiting_bar(console, "calibrating"):
             extrinsics = find_extrinsics(
                 bag,
@@ -206,24 +129,37 @@ def fuse(
             )
         if alignments:
             console.print(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
-        before = first_pass(parameters) if imu_topics(bag) else None
-        if before is not None:
-            aligning = make_pipeline(before, extrinsics, alignments, lambda *_: None)
-            history = AlignmentHistory()
-            add_all(aligning, bag, progress, "aligning the IMUs", history)
-            alignments = {**alignments, **history.initial(aligning.subject)}
-            parameters = with_measured_delay(parameters, aligning.subject)
-        pipeline = make_pipeline(
-            parameters, extrinsics, alignments, lambda body_id, block: output.write(body_id, block)
-        )
-        output = EstimateWriter(writer, pipeline)
-        for line in add_all(pipeline, bag, progress, "fusing"):
-            console.print(line, soft_wrap=True)
-        if not pipeline.estimates:
-            raise InputError(f"{bag.path} {_reason_for_no_pose(pipeline)}")
-        path, shape = Path(parameters.shape_file), pipeline.subject.shape
-        if parameters.shape_file and shape is not None and not path.exists():
-            save_body_shape(path, pipeline.subject.model, shape, parameters.subject)
+        with progress_bar(console, TimeRemainingColumn()) as progress:
+            return _fuse(bag, writer, parameters, extrinsics, alignments, progress)
+
+
+def _fuse(
+    bag: BagReader,
+    writer: BagWriter,
+    parameters: FusionNodeParameters,
+    extrinsics: Extrinsics,
+    alignments: SensorsToSegments,
+    progress: Progress,
+) -> tuple[PeoplePipeline, str]:
+    """The passes over a bag whose calibration is known; see :func:`fuse`."""
+    before = first_pass(parameters) if imu_topics(bag) else None
+    if before is not None:
+        aligning = make_pipeline(before, extrinsics, alignments, lambda *_: None)
+        history = AlignmentHistory()
+        add_all(aligning, bag, progress, "aligning the IMUs", history)
+        alignments = {**alignments, **history.initial(aligning.subject)}
+        parameters = with_measured_delay(parameters, aligning.subject)
+    pipeline = make_pipeline(
+        parameters, extrinsics, alignments, lambda body_id, block: output.write(body_id, block)
+    )
+    output = EstimateWriter(writer, pipeline)
+    for line in add_all(pipeline, bag, progress, "fusing"):
+        progress.console.print(line, soft_wrap=True)
+    if not pipeline.estimates:
+        raise InputError(f"{bag.path} {_reason_for_no_pose(pipeline)}")
+    path, shape = Path(parameters.shape_file), pipeline.subject.shape
+    if parameters.shape_file and shape is not None and not path.exists():
+        save_body_shape(path, pipeline.subject.model, shape, parameters.subject)
     return pipeline, output.unseen
 
 
