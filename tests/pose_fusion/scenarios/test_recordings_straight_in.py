@@ -50,7 +50,7 @@ def test_people_not_tracked_by_fuse_are_reported(shared_data, tmp_path, monkeypa
     assert run(monkeypatch, fuse, recording, tmp_path / "fused") == 0
 
     told = " ".join(capfd.readouterr().out.split())
-    assert "followed: first; not used:" in told
+    assert "chosen: first; not used:" in told
     assert "skeletons of others (--max-people" in told
 
 
