@@ -126,12 +126,14 @@ class Player(Node):
             return
         position_ns = self._playback.position_ns(now_ns)
         self._publish(self._playlist.due(position_ns))
-        self._show_time(min(position_ns, self._playlist.end_ns))
         next_ns = self._playlist.next_ns
         if next_ns is None:
+            self._show_time(self._playlist.end_ns, least_ns=1.0)
             self._end(now_ns)
-        else:
-            self._sleep(self._playback.wait_ns(next_ns, time.monotonic_ns()))
+            return
+        if next_ns - position_ns >= CLOCK_STEP_NS * self._rate:  # the next message shows its own
+            self._show_time(position_ns)
+        self._sleep(self._playback.wait_ns(next_ns, time.monotonic_ns()))
 
     def _sleep(self, wait_ns: int) -> None:
         longest_ns = MAX_WAIT_NS if self._time_publisher is None else CLOCK_PERIOD_NS
@@ -191,10 +193,15 @@ class Player(Node):
             publisher.publish(bytes(message.data))
             self._counters.add("played")
 
-    def _show_time(self, stamp_ns: int) -> None:
-        """Publish the bag's time: before messages, and while none is due."""
+    def _show_time(self, stamp_ns: int, least_ns: float = CLOCK_STEP_NS) -> None:
+        """Publish the bag's time: before messages, and while none is due.
+
+        Args:
+            stamp_ns: The time [ns].
+            least_ns: Least step since the last time shown [ns], at rate 1.
+        """
         step_ns = stamp_ns - self._time_shown_ns
-        if self._time_publisher is None or 0 <= step_ns < CLOCK_STEP_NS * self._rate:
+        if self._time_publisher is None or 0 <= step_ns < least_ns * self._rate:
             return
         self._time_shown_ns = stamp_ns
         self._time_publisher.publish(Clock(clock=ns_to_stamp(stamp_ns)))
