@@ -18,7 +18,7 @@ from pose_core.stamps import NS_PER_S
 
 MAX_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an unknown angle: uniform distribution, 104°
 MIN_STDDEV = np.radians(0.5)  # [rad] of an angle
-ROOT_POSITION = 3  # [-] of the root's degrees of freedom are its position, the others angles
+ROOT_POSITION = 3  # [-] degrees of freedom of the root's position; the next ones are angles
 START_STDDEV = np.radians(30.0)  # [rad] of the angles, below which publishing starts
 START_NS = 2 * NS_PER_S  # [ns] after the first pose, from which on it starts in any case
 
