@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from crowd_of_people import frames_of, numbers_of, walker
 from walking_person import POSES
 
@@ -11,6 +12,7 @@ from pose_core.people.person_track import Presence
 from pose_core.people.track_manager import MAX_TENTATIVE
 from pose_core.people.tracker import PeopleTracker
 from pose_core.streams.clocks import Clock
+from pose_core.streams.samples import ImuSample, block_of
 
 TO_THE_LEFT = walker((2.5, -1.5), (0.0, 1.0))
 TO_THE_RIGHT = walker((2.9, 1.5), (0.0, -1.0), scale=0.95, phase=1.5)
@@ -109,6 +111,41 @@ def test_a_person_who_returns_after_five_seconds_keeps_the_identity():
     people = [standing((2.2, -0.6)), standing((3.0, 0.7), scale=0.9)]
     given = numbers_of(tracker(), frames_of(people, 10.0, there=there, ids=ids))
     assert {len(numbers) for numbers in given.values()} == {1}
+
+
+def raised_arm(stamp_ns):
+    """A sample of an IMU on the left forearm of a walker of phase 0."""
+    half = 0.4 * (1.0 + np.sin(1.1 * (stamp_ns - 1_000_000_000) * 1e-9))
+    sample = ImuSample(
+        stamp_ns=stamp_ns,
+        segment="left_forearm",
+        orientation=np.array([np.sin(half), 0.0, 0.0, np.cos(half)]),
+        orientation_stddev=np.full(3, 0.02),
+        angular_velocity=np.zeros(3),
+        linear_acceleration=np.full(3, np.nan),
+    )
+    return block_of(sample)
+
+
+@pytest.mark.parametrize(("phase", "is_same"), [(0.0, True), (1.5, False)])
+def test_who_comes_back_with_the_imus_keeps_the_identity_with_other_bone_lengths(phase, is_same):
+    """Whom they do not fit gets a new one, as without IMUs."""
+
+    def at(time_s):
+        now = {} if time_s < 12.0 else {"scale": 0.94, "phase": phase}
+        return standing((2.5, 0.0), **now)(time_s)
+
+    def ids(_sensor, _index, time_s):
+        return "1" if time_s < 12.0 else "2"
+
+    def there(_sensor, _index, time_s):
+        return not 10.0 < time_s < 20.0
+
+    people, numbers = tracker(), set()
+    for persons, _ in frames_of([at], 30.0, ids=ids, there=there):
+        people.add_imus(raised_arm(persons[0].stamp_ns))
+        numbers |= {number for number, _ in people.add(persons)}
+    assert (numbers == {1}) is is_same
 
 
 def test_a_smaller_person_at_the_same_place_gets_a_new_identity():

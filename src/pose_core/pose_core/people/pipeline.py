@@ -213,6 +213,8 @@ class PeoplePipeline:
 
     def _take_imus(self, block: ImuBlock) -> None:
         self.choice.add_imus(block)
+        if self.parameters.use_imus:
+            self._people.add_imus(block)
         # A recording's skeletons that are held back come with their IMUs; live there is no time.
         if self._people.holds_back and not self._is_live:
             self._held_imus.append((self._people.newest_ns, block))

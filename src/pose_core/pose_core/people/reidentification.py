@@ -2,9 +2,10 @@
 
 That a newcomer is somebody who is absent is weighed against their being anybody else by the log
 likelihood ratio of the bone lengths as each sensor measures them (:mod:`body_size`), of the
-distance from where the person was last seen, and of the sensors' ids. All newcomers are compared
-with all who are absent in one assignment, and each one is decided upon when the next best
-assignment in which it is somebody else is much less likely (Wald's sequential test).
+distance from where the person was last seen, of the sensors' ids, and of worn IMUs
+(:mod:`wearer`). All newcomers are compared with all who are absent in one assignment, and each one
+is decided upon when the next best assignment in which it is somebody else is much less likely
+(Wald's sequential test).
 """
 
 from collections.abc import Sequence
@@ -17,6 +18,7 @@ from pose_core.finite_numbers import nan_mean
 from pose_core.people.association import assign
 from pose_core.people.body_size import BodySize
 from pose_core.people.person_track import PersonTrack, Presence
+from pose_core.people.wearer import WearerSearch
 from pose_core.streams.samples import SkeletonSample
 
 TOGETHER_S = 0.2  # [s] in view at once, from which two tracks are of two people
@@ -24,6 +26,7 @@ JUST_LEFT_S = 6.0  # [s] for which a place says something of who comes back
 REACH_M, REACH_SPEED = 0.7, 2.0  # [m] and [m/s]: how far one may have come
 PLACE_M, PLACE_SPEED = 0.1, 0.7  # [m] and [m/s], standard deviation of the distance
 AREA_M2 = 10.0  # [m²] in which anybody may appear
+SAME_IMUS = 8.0  # [-] log ratio of IMUs that fit as they did before
 SAME_ID = 1.5  # [-] log ratio of an id that a sensor gave the person
 EXPECTED_NEW, EXPECTED_RETURNS = 1.0, 10.0  # [-] pseudo-counts of people before any was counted
 MIN_NEW = -3.0  # [-] log ratio below which somebody new is never taken to be less likely
@@ -41,8 +44,9 @@ MAX_ABSENT = 12  # [-] tracks that are kept
 class Reidentification:
     """Compares people with those who are known."""
 
-    def __init__(self, counters: Counters) -> None:
+    def __init__(self, counters: Counters, wearer: WearerSearch) -> None:
         self._counters = counters
+        self._wearer = wearer
         self._doubts: set[int] = set()  # numbers of those who came back, until they fit their size
         self.differing: set[int] = set()  # of these, those whose size has been compared
 
@@ -87,6 +91,7 @@ class Reidentification:
         if is_out_of_reach and not has_same_id:
             return float("inf")
         ratio = newcomer.size.log_likelihood_ratio(absent.size) + SAME_ID * has_same_id
+        ratio += SAME_IMUS * self._wearer.continues(absent.number, newcomer.number)
         anywhere = self._log_prior_of_new() - ratio
         if is_out_of_reach or not has_just_left:
             return anywhere

@@ -14,6 +14,7 @@ from pose_core.finite_numbers import nan_mean
 from pose_core.people.encounters import DUPLICATE_M, DuplicateTracks, distance
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import CERTAIN, MAX_ABSENT, Reidentification
+from pose_core.people.wearer import WearerSearch
 from pose_core.stamps import JUMP_BACK_NS
 from pose_core.streams.samples import SkeletonSample
 
@@ -46,7 +47,8 @@ class TrackManager:
         self.tracks: list[PersonTrack] = []
         self.newest_ns = 0
         self.counters = counters
-        self._reidentification = Reidentification(counters)
+        self._wearer = WearerSearch()
+        self._reidentification = Reidentification(counters, self._wearer)
         self._duplicates = DuplicateTracks()
         self._next_number = 1
 

@@ -19,7 +19,7 @@ from pose_core.people.encounters import TrackSwaps
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.track_manager import ABSENT_AFTER_S, Assigned, TrackManager
 from pose_core.streams.clocks import Clocks, reference_stamp_ns
-from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.samples import ImuBlock, SkeletonSample
 from pose_core.transforms import transformed
 
 BY_ID_S = 0.3  # [s] for which a lone person's id is believed without a look at the joints
@@ -122,6 +122,10 @@ class PeopleTracker(TrackManager):
             return [(alone.number, frame[0])]
         return self._assign(frame, stamp_ns)
 
+    def add_imus(self, block: ImuBlock) -> None:
+        """Add samples of worn IMUs, which tell who comes back."""
+        self._wearer.add_imus(block)
+
     def stamp_ns(self, sample: SkeletonSample) -> int:
         """A sample's stamp on the reference's clock [ns]."""
         return reference_stamp_ns(sample, self.clocks)
@@ -184,6 +188,7 @@ class PeopleTracker(TrackManager):
             self.counters.add("sensor_ids_changed")
         track.update(stamp_ns, joints)
         track.note_detection(sample, stamp_ns)
+        self._wearer.add(track.number, stamp_ns, joints)
         if track.presence is Presence.TENTATIVE:
             track.size.add(sample)
             track.held.append(sample)
