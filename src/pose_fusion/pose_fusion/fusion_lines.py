@@ -45,9 +45,10 @@ def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
     for body_id, count in pipeline.estimates.items():
         yield f"{body_id}: {count} estimates"
     if changes := counts["subject_changed"]:
+        anew = ": the IMUs were aligned anew" if pipeline.imu_samples else ""
         yield (
             "people: who came back was somebody else by their bone lengths (times: "
-            f"{changes}; feet outside the picture give wrong ones): the IMUs were aligned anew"
+            f"{changes}; feet outside the picture give wrong ones){anew}"
         )
     others = counts["skeletons_of_others"]
     rule = pipeline.parameters.person

@@ -132,7 +132,7 @@ def test_who_comes_back_with_the_imus_keeps_the_identity_with_other_bone_lengths
     """Whom they do not fit gets a new one, as without IMUs."""
 
     def at(time_s):
-        now = {} if time_s < 12.0 else {"scale": 0.94, "phase": phase}
+        now = {} if time_s < 12.0 else {"scale": 0.9, "phase": phase}
         return standing((2.5, 0.0), **now)(time_s)
 
     def ids(_sensor, _index, time_s):

@@ -20,6 +20,7 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.joints import JOINTS
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.transforms import inverse
+from pose_fusion.conversions import to_static_tf
 from pose_fusion.nodes.calibration import CalibrationNode
 from pose_io.static_transforms import transforms_to_map
 from pose_node.kept import kept_file
@@ -115,6 +116,34 @@ def test_a_walking_person_gives_latched_transforms(graph):
     assert extrinsics.header.frame_id == "kinect_left_optical_frame"
     assert extrinsics.child_frame_id == "kinect_right_optical_frame"
     assert extrinsics.transform.translation.x == pytest.approx(TRUE[0, 3], abs=0.03)
+
+
+def given_poses(graph, moved_m=0.0):
+    """Publish poses on /tf_static, as another node does; they are returned."""
+    poses = {name: T.copy() for name, T in POSES.items()}
+    for T in poses.values():
+        T[0, 3] += moved_m
+    publisher = graph.tester.create_publisher(TFMessage, "/tf_static", LATCHED)
+    publisher.publish(to_static_tf(poses))
+    return poses
+
+
+def test_poses_that_another_node_publishes_are_kept(graph):
+    poses = given_poses(graph, moved_m=0.4)
+    graph.start()
+    graph.spin_until(lambda: graph.node.calibration.extrinsics, what="the poses")
+    assert graph.node.calibration.status == "loaded"
+    graph.play(samples(duration_s=5.0))
+    found = graph.node.calibration.extrinsics
+    for name, T in poses.items():
+        np.testing.assert_allclose(found.T_map_sensor(name), T, atol=1e-6)
+
+
+def test_poses_of_another_node_are_not_kept_if_not_wanted(graph):
+    given_poses(graph, moved_m=0.4)
+    graph.start(keep_given=False, collect_duration=5.0)
+    graph.play(samples(duration_s=6.0), until=lambda: graph.node.calibration.extrinsics)
+    assert graph.node.calibration.status != "loaded"
 
 
 def values_of(graph):

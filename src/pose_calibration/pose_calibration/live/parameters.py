@@ -17,6 +17,11 @@ class LiveCalibrationParameters(CalibrationParameters):
         doc="YAML of the calibration: read if it exists, otherwise written when the "
         "calibration is known",
     )
+    keep_given: bool = parameter(
+        True,
+        doc="keep the sensors' poses that another node publishes on /tf_static before any are found"
+        " here, and estimate clocks alone",
+    )
     run: str = run_parameter()
     rotation_stddev: float = parameter(  # a recording cannot be continued, a person can
         LITTLE_MOTION, unit="rad", limits=(0.001, 0.2), doc=ROTATION_DOC

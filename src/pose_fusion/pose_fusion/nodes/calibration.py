@@ -18,7 +18,7 @@ from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extr
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.live.parameters import LiveCalibrationParameters
-from pose_core.api import Clock, Clocks, Extrinsics
+from pose_core.api import Clock, Clocks, Extrinsics, extrinsics_from_map
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.joints import SEGMENT_ENDS
@@ -30,6 +30,7 @@ from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.sample_reader import read_imus
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.names import imu_topic, sensor_frame, skeletons_topic
+from pose_io.static_transforms import StaticTransforms
 from pose_node.kept import kept_file
 from pose_node.node_status import Report
 from pose_node.nodes.declaring import overrides_of
@@ -42,6 +43,7 @@ from pose_node.nodes.steady_timer import steady_timer
 FRAMES_QOS = sensor_data(100)
 IMU_QOS = sensor_data(250)
 PERIOD_S = 0.1  # [s] between reads of all samples, which are not urgent
+GIVEN = 100  # [-] latched messages on /tf_static, of several publishers
 EVERY_OTHER = 2  # [-] IMU sample is used; 50 of 100 Hz suffice
 
 
@@ -77,7 +79,10 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             self.calibration.restart()  # these are used until better ones are found
         self.changes["person"] = self.calibration.selector.choose_by
         self._counters = Counters(
-            "malformed_frames", "accelerations_in_other_frames", "imu_without_orientation"
+            "malformed_frames",
+            "malformed_transforms",
+            "accelerations_in_other_frames",
+            "imu_without_orientation",
         )
         self._trouble = ""
         self._published_sources: tuple[str, ...] = ()
@@ -105,6 +110,26 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         offer_trigger(self, "~/save", self._on_save)
         if self.calibration.extrinsics is not None:
             self._publish(self.calibration.extrinsics)
+        elif self.settings.keep_given:
+            self._given = StaticTransforms()
+            self.create_subscription(TFMessage, "tf_static", self._on_tf_static, latched(GIVEN))
+
+    def _on_tf_static(self, message: TFMessage) -> None:
+        """Keep to the poses that another node publishes, until some are found here."""
+        if self.calibration.extrinsics is not None:
+            return
+        try:
+            placed = self._given.add(message)
+        except InputError as error:
+            self._counters.add("malformed_transforms")
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
+        sensors = self.settings.sensors
+        if all(sensor in placed for sensor in sensors):
+            known = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
+            self.calibration = LiveCalibration(self.settings, known)
+            self.changes["person"] = self.calibration.selector.choose_by
+            self.get_logger().info("the sensors' poses are those of /tf_static: see keep_given")
 
     def restart_time(self) -> None:
         """Discard the samples, whose stamps will be repeated; keep the calibration."""
@@ -219,7 +244,7 @@ def calibrate_live(
     Raises:
         CalibrationError: If there is no result in time; the message says what was missing.
     """
-    overrides = overrides_of(LiveCalibrationParameters, options)
+    overrides = overrides_of(LiveCalibrationParameters, {**options, "keep_given": False})
     with node_of_tool(partial(CalibrationNode, parameter_overrides=overrides)) as (node, executor):
         spin_until(
             executor,

@@ -59,8 +59,8 @@ class FusionReporter:
 
     @property
     def _apart_m(self) -> float:
-        """How far the cameras' views of the subject are apart [m]."""
-        return sum(self._pipeline.subject.views_apart_m.values())
+        """How far the views of the subject that are farthest from the pose are apart [m]."""
+        return sum(sorted(self._pipeline.subject.views_apart_m.values())[-2:])
 
     def _unused_sources(self) -> set[str]:
         subject = self._pipeline.subject
