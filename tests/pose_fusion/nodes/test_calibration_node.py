@@ -137,6 +137,10 @@ def test_poses_that_another_node_publishes_are_kept(graph):
     found = graph.node.calibration.extrinsics
     for name, T in poses.items():
         np.testing.assert_allclose(found.T_map_sensor(name), T, atol=1e-6)
+    graph.listen()
+    graph.spin_until(lambda: graph.extrinsics, what="the extrinsics")
+    translation = graph.extrinsics[0].transform.translation
+    assert translation.x == pytest.approx(TRUE[0, 3], abs=1e-6)
 
 
 def test_poses_of_another_node_are_not_kept_if_not_wanted(graph):

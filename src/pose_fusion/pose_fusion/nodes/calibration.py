@@ -129,6 +129,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             known = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
             self.calibration = LiveCalibration(self.settings, known)
             self.changes["person"] = self.calibration.selector.choose_by
+            self._publish_extrinsics(known)
             self.get_logger().info("the sensors' poses are those of /tf_static: see keep_given")
 
     def restart_time(self) -> None:
@@ -183,13 +184,16 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self.calibration.accelerometer.add(np.array([a.x, a.y, a.z]))
 
     def _publish(self, extrinsics: Extrinsics) -> None:
-        stamp_ns = self.get_clock().now().nanoseconds
         self._publish_clocks(extrinsics.clocks)
-        for message in to_extrinsics_messages(extrinsics, stamp_ns):
-            self._extrinsics_publisher.publish(message)
+        self._publish_extrinsics(extrinsics)
         placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in extrinsics.sensors}
         self._tf_publisher.publish(to_static_tf(placed))
         self.get_logger().info(self.calibration.status)
+
+    def _publish_extrinsics(self, extrinsics: Extrinsics) -> None:
+        stamp_ns = self.get_clock().now().nanoseconds
+        for message in to_extrinsics_messages(extrinsics, stamp_ns):
+            self._extrinsics_publisher.publish(message)
 
     def _publish_clocks(self, clocks: Clocks) -> None:
         # Also publish a source again that was published before and now agrees.
