@@ -1,11 +1,11 @@
 """Poses of the Kinects from the transforms of ``/tf_static``."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from pose_core.api import rigid_transform
+from pose_core.api import Extrinsics, extrinsics_from_map, rigid_transform
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.kernels.rotations import matrix_of_quaternion
@@ -31,6 +31,13 @@ class StaticTransforms:
         placed = transforms_to_map(transforms.values())
         self._transforms = transforms
         return placed
+
+    def extrinsics(self, message: Any, sensors: Sequence[str]) -> Extrinsics | None:
+        """As :meth:`add`; returns the sensors' extrinsics, once all of them have a pose."""
+        placed = self.add(message)
+        if not all(sensor in placed for sensor in sensors):
+            return None
+        return extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
 
 
 def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:

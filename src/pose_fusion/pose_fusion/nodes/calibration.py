@@ -18,7 +18,7 @@ from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extr
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.live.parameters import LiveCalibrationParameters
-from pose_core.api import Clock, Clocks, Extrinsics, extrinsics_from_map
+from pose_core.api import Clock, Clocks, Extrinsics
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.joints import SEGMENT_ENDS
@@ -119,14 +119,12 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         if self.calibration.extrinsics is not None:
             return
         try:
-            placed = self._given.add(message)
+            known = self._given.extrinsics(message, self.settings.sensors)
         except InputError as error:
             self._counters.add("malformed_transforms")
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
-        sensors = self.settings.sensors
-        if all(sensor in placed for sensor in sensors):
-            known = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
+        if known is not None:
             self.calibration = LiveCalibration(self.settings, known)
             self.changes["person"] = self.calibration.selector.choose_by
             self._publish_extrinsics(known)

@@ -25,7 +25,6 @@ from pose_core.api import (
     SensorFrame,
     StampCheck,
     estimator_class,
-    extrinsics_from_map,
     has_output_rate,
     load_body_shape,
     save_body_shape,
@@ -229,9 +228,8 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
 
     def _on_tf_static(self, message: TFMessage) -> None:
         with self._rejecting("/tf_static", "malformed_transforms"):
-            placed = self._static_transforms.add(message)
-            if all(sensor in placed for sensor in self.settings.sensors):
-                extrinsics = extrinsics_from_map({s: placed[s] for s in self.settings.sensors})
+            extrinsics = self._static_transforms.extrinsics(message, self.settings.sensors)
+            if extrinsics is not None:
                 self.pipeline.use_extrinsics(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
 
     def _on_clock(self, message: TimeReference) -> None:

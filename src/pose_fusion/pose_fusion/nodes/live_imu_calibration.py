@@ -19,7 +19,6 @@ from pose_core.api import (
     Extrinsics,
     ImuBlock,
     SkeletonSample,
-    extrinsics_from_map,
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError
@@ -88,9 +87,8 @@ class ImuCalibrationNode(Node):
 
     def _on_tf_static(self, message: TFMessage) -> None:
         with self._rejecting("malformed_transforms"):
-            placed, sensors = self._static_transforms.add(message), self._settings.sensors
-            if self.calibration is None and all(sensor in placed for sensor in sensors):
-                found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
+            found = self._static_transforms.extrinsics(message, self._settings.sensors)
+            if self.calibration is None and found is not None:
                 self.extrinsics = replace(found, clocks=dict(self._clocks))
                 self._selector.use_extrinsics(self.extrinsics)
                 self.calibration = ImuCalibration(self._settings, self.extrinsics)
