@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import psutil
 
@@ -27,13 +26,17 @@ class Usages:
 
 
 @contextmanager
-def latency_probe() -> Iterator[dict[str, dict[str, Any]]]:
-    """Run the probe of :mod:`pose_bench.nodes.latency_probe`; filled with its output at the end."""
-    noted: dict[str, dict[str, Any]] = {}
+def latency_probe() -> Iterator[dict[str, int]]:
+    """Run the probe of :mod:`pose_bench.nodes.latency_probe`.
+
+    Yields:
+        The arrival [ns] by the stamp [ns] of each joint state, filled at the end.
+    """
+    arrived: dict[str, int] = {}
     command = [sys.executable, "-m", "pose_bench.nodes.latency_probe"]
     probe = start(command, stdout=subprocess.PIPE)
     try:
-        yield noted
+        yield arrived
     finally:
         probe.send_signal(2)
         try:
@@ -41,7 +44,7 @@ def latency_probe() -> Iterator[dict[str, dict[str, Any]]]:
         except subprocess.TimeoutExpired:
             stop(probe)
             raise
-    noted |= json.loads(output)
+    arrived |= json.loads(output)
 
 
 def generate_session(path: Path, choreography: str, duration_s: float, start_ns: int) -> None:

@@ -43,9 +43,11 @@ def test_a_repeated_bag_goes_on_where_it_ended(short_bag, tmp_path):
     np.testing.assert_array_equal(found[-1].positions, found[len(samples) - 1].positions)
 
 
-def noted(states):
-    arrived = {str(S + k * 10_000_000): S + k * 10_000_000 + 3_000_000 for k in range(states)}
-    return {"arrived": arrived, "stages": {"to_the_output": "4.0, p99 9.0"}}
+def arrivals(states):
+    return {str(S + k * 10_000_000): S + k * 10_000_000 + 3_000_000 for k in range(states)}
+
+
+STAGES = {"to_the_output": "4.0, p99 9.0"}
 
 
 USAGES = (
@@ -55,7 +57,7 @@ USAGES = (
 
 
 def test_latency_and_load_come_from_the_arrivals_and_the_usages():
-    result = _result(noted(20), S, *USAGES)
+    result = _result(arrivals(20), STAGES, S, *USAGES)
     np.testing.assert_allclose(result.latency_ms, 3.0)
     assert result.missing == 0
     assert result.load == {"fusion": pytest.approx(0.2)}
@@ -63,14 +65,14 @@ def test_latency_and_load_come_from_the_arrivals_and_the_usages():
 
 
 def test_an_instant_without_a_joint_state_is_counted():
-    notes = noted(20)
-    del notes["arrived"][str(S + 90_000_000)]
-    assert _result(notes, S, *USAGES).missing == 1
+    arrived = arrivals(20)
+    del arrived[str(S + 90_000_000)]
+    assert _result(arrived, STAGES, S, *USAGES).missing == 1
 
 
 def test_a_graph_without_output_is_an_error():
     with pytest.raises(InputError, match="no joint states"):
-        _result({**noted(20), "arrived": {}}, S, *USAGES)
+        _result({}, STAGES, S, *USAGES)
 
 
 def test_a_prediction_is_nearer_to_now_than_the_last_output(tmp_path):

@@ -62,7 +62,7 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
         "extrinsics_file": str(known),
         "params": str(parameters),
     }
-    with latency_probe() as noted:
+    with latency_probe() as arrived:
         time.sleep(PROBE_S)
         begin_ns = time.time_ns()
         graph = launch(up_command("capture.launch.yaml", arguments), folder / "start.log")
@@ -70,10 +70,9 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
             time.sleep(WATCHED_S)
         finally:
             stop(graph)
-    arrived = noted["arrived"].values()
     if not arrived:
         raise InputError(f"no joint state came within {WATCHED_S:g} s: see {folder}/start.log")
-    return (min(arrived) - begin_ns) / NS_PER_S
+    return (min(arrived.values()) - begin_ns) / NS_PER_S
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,9 +1,9 @@
 """The whole graph in real processes: the age of joint states at their arrival, load and memory."""
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_fusion.launched_graph import LaunchedGraph
+from pose_fusion.watching.stages import reported_stages
 
 LEAD_S = 12.0  # [s] from the session's start to its first frame, for the start of all processes
 STEADY_S = 18.0  # [s] until calibration, body measures and alignment of IMUs are complete
@@ -24,7 +25,7 @@ class LiveResult:
 
     latency_ms: FloatArray  # (n,) from a joint state's stamp to its arrival
     missing: int  # stamps of the output grid without a joint state
-    stages: dict[str, str]  # median and 99th percentile [ms] by stage, as the fusion reports
+    stages: Mapping[str, str]  # median and 99th percentile [ms] by stage, as the fusion reports
     load: dict[str, float]  # [cores] by process
     memory_mb: dict[str, float]  # [MB] by process
 
@@ -51,7 +52,7 @@ def run_live(duration_s: float, folder: Path) -> LiveResult:
     arguments = {"session": str(session), "bag": str(folder / "bag"), "start_at": str(start_ns)}
     steady_ns = start_ns + round(STEADY_S * NS_PER_S)
     with (
-        latency_probe() as noted,
+        latency_probe() as arrived,
         LaunchedGraph("demo.launch.yaml", arguments, folder / "graph.log") as graph,
     ):
         sleep_until(steady_ns)
@@ -61,10 +62,13 @@ def run_live(duration_s: float, folder: Path) -> LiveResult:
         graph.check()
         after = usages(graph.pid)
         graph.stop()
-    return _result(noted, steady_ns, before, after)
+    stages: dict[str, str] = {}
+    for node in graph.nodes.values():
+        stages |= reported_stages(node.values)
+    return _result(arrived, stages, steady_ns, before, after)
 
 
-def latencies(arrived: dict[str, int], steady_ns: int) -> tuple[FloatArray, FloatArray]:
+def latencies(arrived: Mapping[str, int], steady_ns: int) -> tuple[FloatArray, FloatArray]:
     """Latency of each joint state [ms], and the steps of their stamps in median steps.
 
     Args:
@@ -83,14 +87,18 @@ def latencies(arrived: dict[str, int], steady_ns: int) -> tuple[FloatArray, Floa
 
 
 def _result(
-    noted: dict[str, dict[str, Any]], steady_ns: int, before: Usages, after: Usages
+    arrived: Mapping[str, int],
+    stages: Mapping[str, str],
+    steady_ns: int,
+    before: Usages,
+    after: Usages,
 ) -> LiveResult:
-    latency_ms, steps = latencies(noted["arrived"], steady_ns)
+    latency_ms, steps = latencies(arrived, steady_ns)
     seconds = after.at_s - before.at_s
     return LiveResult(
         latency_ms=latency_ms,
         missing=int(np.sum(np.rint(steps) - 1)),
-        stages=noted["stages"],
+        stages=stages,
         load={
             name: (cpu_s - before.cpu_s.get(name, 0.0)) / seconds
             for name, cpu_s in after.cpu_s.items()

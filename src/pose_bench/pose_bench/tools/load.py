@@ -82,7 +82,7 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
     max_people = str(scene.max_people)
     graph = start_graph(folder, scene.T_map_sensor, sensors=sensors, max_people=max_people)
     try:
-        with latency_probe() as noted:
+        with latency_probe() as arrived:
             await_graph(player, graph, folder)
             before_ns = time.time_ns()
             _plan(messages, before_ns)
@@ -99,7 +99,7 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
         player.close()
     steady_ns = begin_ns + round(STEADY_S * NS_PER_S)
     begin, end = measured[0], measured[-1]
-    latency_ms, steps = latencies(noted["arrived"], steady_ns)
+    latency_ms, steps = latencies(arrived, steady_ns)
     steps = np.rint(steps[steps < 50.0])  # the pause between loops is longer
     last = {said.name: said for said in heard.said}
     counts = [last[node].values for node in ("/fusion", "/recorder") if node in last]

@@ -14,7 +14,7 @@ from pose_evaluation.scores import evaluate
 from pose_evaluation.table import Table
 from pose_fusion.launched_graph import GraphError
 from pose_fusion.tools.demo_graph import DemoRun
-from pose_fusion.watching.stages import STAGE, STAGES
+from pose_fusion.watching.stages import reported_stages
 from pose_io.bag_samples import read_body_series, read_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.names import TRUTH_NAMESPACE, skeletons_topic
@@ -112,11 +112,10 @@ def _print_counts(
 def _stages(run: DemoRun) -> str:
     """Latency of the reference sensor's frames up to each stage."""
     return "; ".join(
-        f"{name.replace('_', ' ')} {node.values[STAGE + name]}"
+        f"{stage.replace('_', ' ')} {text}"
         for path, node in run.nodes.items()
         if path.endswith("/fusion")
-        for name in STAGES
-        if STAGE + name in node.values
+        for stage, text in reported_stages(node.values).items()
     )
 
 

@@ -6,7 +6,7 @@ from enum import Enum
 
 from pose_fusion.watching.cameras import NO_IMUS
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
-from pose_fusion.watching.stages import STAGE
+from pose_fusion.watching.stages import reported_stages
 from pose_io.topics import BODY_TOPIC, IMU_TOPIC, SENSOR_TOPIC
 from pose_node.node_status import Level
 
@@ -153,10 +153,9 @@ def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
         else:
             yield ok("fusion latency", text)
     for status in snapshot.statuses:
-        for name, value in status.values.items():
-            if name.startswith(STAGE):
-                stage = name.removeprefix(STAGE).replace("_", " ")
-                yield ok(f"{status.name}: latency, {stage}", f"median {value} ms")
+        for stage, text in reported_stages(status.values).items():
+            subject = f"{status.name}: latency, {stage.replace('_', ' ')}"
+            yield ok(subject, f"median {text} ms")
 
 
 def _statuses(snapshot: GraphSnapshot) -> Iterator[Finding]:

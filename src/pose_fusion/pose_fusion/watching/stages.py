@@ -1,6 +1,7 @@
 """How late a frame is at each stage of its way through the fusion."""
 
 from collections import deque
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -35,3 +36,10 @@ class LatencyStages:
             for name, times in self._times_ms.items()
             if times
         }
+
+
+def reported_stages(values: Mapping[str, str]) -> dict[str, str]:
+    """Text of each stage among the values of a node's report: those of a :class:`LatencyStages`."""
+    return {
+        name.removeprefix(STAGE): text for name, text in values.items() if name.startswith(STAGE)
+    }
