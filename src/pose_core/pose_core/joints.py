@@ -69,6 +69,14 @@ LIMB_ENDS: dict[str, tuple[str, str]] = {
 SEGMENT_ENDS: dict[str, tuple[str, str]] = {"torso": ("torso", "neck"), **LIMB_ENDS}
 """The joints between which cameras observe a segment's direction."""
 
+SKELETON_LINES: tuple[tuple[str, str], ...] = (
+    *(("head", "neck"), ("neck", "torso")),
+    *(("neck", f"{side}_shoulder") for side in SIDES),
+    *(("torso", f"{side}_hip") for side in SIDES),
+    *LIMB_ENDS.values(),
+)
+"""The joints between which a picture of a skeleton has a line."""
+
 
 class TrackingState(IntEnum):
     """How a joint's position was obtained; the values of ``pose_msgs/Skeleton``."""

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from pose_core.arrays import FloatArray
 from pose_core.errors import writing
-from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES, TrackingState
+from pose_core.joints import JOINT_INDEX, SKELETON_LINES, TrackingState
 from pose_io.arrays import ByteArray
 from pose_io.recordings.recording import Recording, SensorStream
 
@@ -17,12 +17,6 @@ MIDDLE_COLOUR = "#444444"
 VIEWS = (("from the sensor", 0, 1), ("from above", 0, 2))  # title and axes of the optical frame
 AXES = ("x right [m]", "y down [m]", "z forward [m]")
 MAX_SENSORS = 8  # largest number drawn
-BONES = (
-    *(("head", "neck"), ("neck", "torso")),
-    *(("neck", f"{side}_shoulder") for side in SIDES),
-    *(("torso", f"{side}_hip") for side in SIDES),
-    *LIMB_ENDS.values(),
-)
 
 
 def draw_first_frames(recording: Recording, path: Path) -> None:
@@ -63,8 +57,8 @@ def _draw(axes: Axes, stream: SensorStream, view: tuple[str, int, int]) -> None:
 
 
 def _draw_person(axes: Axes, places: FloatArray, states: ByteArray) -> None:
-    """Draw bones in the colours of the sides, dashed if a joint is not TRACKED."""
-    for start, end in BONES:
+    """Draw lines in the colours of the sides, dashed if a joint is not TRACKED."""
+    for start, end in SKELETON_LINES:
         ends = [JOINT_INDEX[start], JOINT_INDEX[end]]
         tracked = (states[ends] == TrackingState.TRACKED).all()
         x, y = places[ends].T

@@ -7,7 +7,7 @@ import numpy as np
 from viser import CameraHandle, ClientHandle, LineSegmentsHandle
 
 from pose_core.api import FloatArray, transformed
-from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
+from pose_core.joints import JOINT_INDEX, SKELETON_LINES
 from pose_view.body.poses import quaternions
 from pose_view.snapshot import Snapshot
 from pose_view.web.avatar import Avatar, RobotAvatar
@@ -19,16 +19,8 @@ KINECT_SIZE = (0.25, 0.066, 0.067)  # [m] width, height, depth of a Kinect v2
 KINECT_COLOR = (52, 54, 60)
 FIELD_OF_VIEW = np.radians(60.0)  # [rad] of a Kinect v2's depth camera, vertically
 GHOST_COLORS = ((86, 180, 233), (213, 94, 0), (240, 228, 66), (120, 94, 160))
-BONES = np.array(
-    [
-        (JOINT_INDEX[a], JOINT_INDEX[b])
-        for a, b in (
-            *(("head", "neck"), ("neck", "torso"), ("left_hip", "right_hip")),
-            *(("neck", f"{side}_shoulder") for side in SIDES),
-            *(("torso", f"{side}_hip") for side in SIDES),
-            *LIMB_ENDS.values(),
-        )
-    ]
+GHOST_LINES = np.array(
+    [(JOINT_INDEX[a], JOINT_INDEX[b]) for a, b in (("left_hip", "right_hip"), *SKELETON_LINES)]
 )
 EXPECTED_AT = (2.0, 0.0, 0.0)  # [m] assumed position before a person is tracked
 CAMERA_FOV = np.radians(42.0)  # [rad] vertically
@@ -202,7 +194,7 @@ class Stage:
                 continue
             joints = np.concatenate([each.positions for each in skeletons])
             starts = len(JOINT_INDEX) * np.arange(len(skeletons))
-            lines = transformed(T, joints)[(starts[:, None, None] + BONES).reshape(-1, 2)]
+            lines = transformed(T, joints)[(starts[:, None, None] + GHOST_LINES).reshape(-1, 2)]
             lines[~np.isfinite(lines).all(axis=(1, 2))] = 0.0  # of no length
             points, color = lines.astype(np.float32), GHOST_COLORS[index % len(GHOST_COLORS)]
             node = self._ghosts.get(sensor)
