@@ -37,12 +37,15 @@ class Track:
         share = (stamps - own[after - 1]) / step
         shares = share.reshape(-1, *[1] * (values.ndim - 1))
         result: FloatArray = values[after - 1] + shares * (values[after] - values[after - 1])
-        result[(share < 0.0) | (share > 1.0) | (step > self._longest_gap_s)] = np.nan
+        result[(share < 0.0) | (share > 1.0) | (step > self.max_gap_s)] = np.nan
         return result
 
     @cached_property
-    def _longest_gap_s(self) -> float:
-        return _longest_gap_of(self.stamps)
+    def max_gap_s(self) -> float:
+        """Longest gap [s] to interpolate across."""
+        return longest_gap_s(
+            float(np.median(np.diff(self.stamps))) if len(self.stamps) > 1 else 0.0
+        )
 
     def between(self, begin_s: float, end_s: float) -> "Track":
         """The part from one instant [s] to another, the latter excluded."""
@@ -55,7 +58,7 @@ def track_of(samples: Sequence[SkeletonSample], begin_ns: int) -> Track:
     stamps_ns = np.array([sample.stamp_ns - begin_ns for sample in samples], np.int64)
     positions = np.array([sample.tracked for sample in samples]).reshape(-1, len(JOINTS), 3)
     ascending = np.diff(stamps_ns, prepend=-(2**62)) > 0
-    return _smoothed(stamps_ns[ascending] / NS_PER_S, positions[ascending])
+    return _smoothed(Track(stamps_ns[ascending] / NS_PER_S, positions[ascending]))
 
 
 def without_slow(values: FloatArray, known: NDArray[np.bool_], width: int) -> FloatArray:
@@ -69,17 +72,13 @@ def without_slow(values: FloatArray, known: NDArray[np.bool_], width: int) -> Fl
     return np.where(known[..., None], values - mean, 0.0)
 
 
-def _longest_gap_of(stamps: FloatArray) -> float:
-    """Longest gap [s] to interpolate across."""
-    return longest_gap_s(float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0)
-
-
-def _smoothed(stamps: FloatArray, positions: FloatArray) -> Track:
+def _smoothed(track: Track) -> Track:
     """Weighted means of neighbouring samples, and of their stamps.
 
     Interpolation halfway between two noisy samples halves the variance of their noise: without
     smoothing, the estimate would be biased to shifts of half a sample.
     """
+    stamps, positions = track.stamps, track.values
     count = len(stamps) - len(KERNEL) + 1
     if count < 1:
         return Track(np.empty(0), np.empty((0, len(JOINTS), 3)))
@@ -87,6 +86,6 @@ def _smoothed(stamps: FloatArray, positions: FloatArray) -> Track:
     mean_stamps = sum(w * stamps[part] for w, part in zip(KERNEL, windows, strict=True))
     mean = sum(w * positions[part] for w, part in zip(KERNEL, windows, strict=True))
     longest = np.maximum.reduce([np.diff(stamps)[part] for part in windows[:-1]])
-    pause = longest > _longest_gap_of(stamps)
+    pause = longest > track.max_gap_s
     mean = np.where(pause[:, None, None], np.nan, mean)
     return Track(np.asarray(mean_stamps), mean)
