@@ -5,6 +5,7 @@ from importlib import resources
 import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
+from std_msgs.msg import String
 from synthetic_body import body_offsets
 
 from pose_core.body.kinematics import ForwardKinematics
@@ -17,7 +18,6 @@ from pose_fusion.conversions import (
     body_topics,
     to_bag_message,
     to_messages,
-    to_string,
     type_name,
     urdf_topic,
 )
@@ -101,7 +101,7 @@ def write_motion_bag(path, model, count=60, drop=(), unknown=None):
         for topic, message_type in body_topics("subject").items():
             bag.add_topic(topic, type_name(message_type))
         bag.add_topic(urdf_topic("subject"), "std_msgs/msg/String", latched=True)
-        urdf = to_string(make_urdf(model, shape, "subject"))
+        urdf = String(data=make_urdf(model, shape, "subject"))
         bag.write(urdf_topic("subject"), to_bag_message(urdf, bag.typestore), START_NS)
         for index in range(count):
             if index in drop:

@@ -9,7 +9,7 @@ from geometry_msgs.msg import Point, TransformStamped
 from pose_msgs.msg import PoseEstimate, Skeleton
 from rosbags.typesys.store import Typestore
 from sensor_msgs.msg import JointState, TimeReference
-from std_msgs.msg import ColorRGBA, Header, String
+from std_msgs.msg import ColorRGBA, Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -209,11 +209,6 @@ def _sensor_transforms(
         quaternion(np.ascontiguousarray(T[:3, :3], float), turn)
         transforms.append(to_transform(header, sensor_frame(sensor), (*T[:3, 3], *turn)))
     return transforms
-
-
-def to_string(text: str) -> String:
-    """A string message."""
-    return String(data=text)
 
 
 def _points(positions: FloatArray) -> list[Point]:

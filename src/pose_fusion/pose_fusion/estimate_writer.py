@@ -10,12 +10,12 @@ from pose_fusion.conversions import (
     body_topics,
     to_bag_message,
     to_static_tf,
-    to_string,
     type_name,
     urdf_topic,
 )
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_io.bag_writer import BagWriter
+from pose_io.message_maker import MessageMaker
 from pose_io.names import TF_STATIC
 
 
@@ -25,6 +25,7 @@ class EstimateWriter:
     def __init__(self, writer: BagWriter, pipeline: PeoplePipeline) -> None:
         self._writer = writer
         self._pipeline = pipeline
+        self._make = MessageMaker(writer.typestore).make
         self._bytes: dict[str, EstimateBytes] = {}
         self._begin_ns = 0  # [ns] stamp of the first sample
         self._urdf: dict[str, object] = {}  # the measures that were written last, by id
@@ -44,7 +45,8 @@ class EstimateWriter:
             if extrinsics is not None:
                 sensors = self._pipeline.parameters.sensors
                 placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in sensors}
-                self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
+                transforms = to_bag_message(to_static_tf(placed), self._writer.typestore)
+                self._writer.write(TF_STATIC, transforms, stamp_ns)
         if body_id not in self._bytes:
             self._writer.add_topic(urdf_topic(body_id), "std_msgs/msg/String", latched=True)
             for topic, message_type in body_topics(body_id).items():
@@ -54,8 +56,8 @@ class EstimateWriter:
         shape = self._pipeline.shape_of(body_id)
         if shape is not None and shape is not self._urdf.get(body_id):
             self._urdf[body_id] = shape
-            urdf = make_urdf(model, shape, body_id)
-            self._append(urdf_topic(body_id), to_string(urdf), stamp_ns)
+            urdf = self._make("std_msgs/String", data=make_urdf(model, shape, body_id))
+            self._writer.write(urdf_topic(body_id), urdf, stamp_ns)
         latencies_s = (block.newest_ns - block.stamps_ns) / NS_PER_S
         to_bytes = self._bytes[body_id]
         topics = [
@@ -74,6 +76,3 @@ class EstimateWriter:
             return ""
         stamps_ns, sources = np.concatenate(self._stamps_ns), np.concatenate(self._sources)
         return unseen_line(stamps_ns, sources, self._begin_ns, self._pipeline.subject.newest_ns)
-
-    def _append(self, topic: str, message: object, stamp_ns: int) -> None:
-        self._writer.write(topic, to_bag_message(message, self._writer.typestore), stamp_ns)

@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 from pose_core.api import BodyModel, BodyShape, EstimateBlock, make_urdf
 from pose_core.stamps import NS_PER_S
-from pose_fusion.conversions import body_topics, to_string, urdf_topic
+from pose_fusion.conversions import body_topics, urdf_topic
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_io.typestore import make_typestore
 from pose_node.nodes.qos import latched
@@ -75,8 +75,8 @@ class BodyPublishers:
         if shape is body.shape:
             return False
         body.shape = shape
-        topic = urdf_topic(body_id)
-        body.publishers[topic].publish(to_string(make_urdf(self._model, shape, body_id)))
+        urdf = String(data=make_urdf(self._model, shape, body_id))
+        body.publishers[urdf_topic(body_id)].publish(urdf)
         return True
 
     def keep(self, body_ids: Collection[str]) -> None:
