@@ -3,6 +3,8 @@
 from enum import IntEnum
 
 SIDES = ("left", "right")
+SIDE_SIGNS = {"left": 1.0, "right": -1.0}
+"""Direction of each side along y, which points to the left."""
 
 JOINTS: tuple[str, ...] = (
     "head",

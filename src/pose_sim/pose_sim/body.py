@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.joints import JOINTS, SEGMENTS, SIDES
+from pose_core.joints import JOINTS, SEGMENTS, SIDE_SIGNS, SIDES
 from pose_sim.rotations import about_x, about_y, about_z
 
 PROXIMAL_JOINTS = {
@@ -28,8 +28,6 @@ PROXIMAL_JOINTS = {
     "foot": "foot",
 }
 """The joint about which each segment of the limbs rotates, without the side."""
-SIGNS = {"left": 1.0, "right": -1.0}
-"""Direction of each side along y."""
 BODY_ANGLES: tuple[str, ...] = (
     *("pelvis_yaw", "pelvis_tilt", "pelvis_obliquity"),
     *(
@@ -112,7 +110,7 @@ class Body:
         builder.chain("pelvis", "lumbar", _spine(angles, "lumbar"))
         builder.chain("lumbar", "torso", _spine(angles, "thoracic"))
         builder.chain("torso", "head", _spine(angles, "neck"))
-        for side, sign in SIGNS.items():
+        for side, sign in SIDE_SIGNS.items():
             _arm(builder, angles, side, sign)
             _leg(builder, angles, side, sign)
         return builder.pose()
@@ -156,7 +154,7 @@ def _offsets(height: float) -> dict[str, FloatArray]:
     inner = 0.012  # sternal end of the clavicle, from the midline
     forward, below = 0.015, 0.020  # of the neck
     shoulder = SHOULDER_HALF_DISTANCE - inner
-    for side, sign in SIGNS.items():
+    for side, sign in SIDE_SIGNS.items():
         fractions[f"{side}_thigh"] = (0.0, sign * HIP_HALF_DISTANCE, 0.0)
         fractions[f"{side}_clavicle"] = (SPINE_BEHIND + forward, sign * inner, THORACIC - below)
         fractions[f"{side}_upper_arm"] = (-forward, sign * shoulder, below - SHOULDER_DROP)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pose_core.errors import InputError
-from pose_core.joints import SIDES
+from pose_core.joints import SIDE_SIGNS, SIDES, other_side
 from pose_sim.body import Body
 from pose_sim.jump import jump
 from pose_sim.motion import Motion, perform
@@ -18,7 +18,6 @@ from pose_sim.moves import (
     both,
     lift_knee,
     march,
-    other,
     quarter_turn,
     shift_weight,
     side_leg_lifts,
@@ -163,8 +162,8 @@ def bow(t: AngleTimeline) -> None:
 
 def turn(t: AngleTimeline) -> None:
     """Turn by 90 deg to the left, look around and reach, turn back, then to the other side."""
-    for first, sign in (("left", 1.0), ("right", -1.0)):
-        for direction, lead in ((sign, first), (-sign, other(first))):
+    for first, sign in SIDE_SIGNS.items():
+        for direction, lead in ((sign, first), (-sign, other_side(first))):
             quarter_turn(t, lead, direction)
             t.move(0.8, both(shoulder_flexion=60, elbow_flexion=40))
             t.move(0.8, both(shoulder_flexion=0, elbow_flexion=0))

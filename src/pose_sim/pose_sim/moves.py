@@ -3,19 +3,13 @@
 Angles are degrees in the conventions of ``docs/conventions.md``.
 """
 
-from pose_core.joints import SIDES
-from pose_sim.body import SIGNS
+from pose_core.joints import SIDE_SIGNS, SIDES, other_side
 from pose_sim.timeline import AngleTimeline
 
 
 def both(**angles: float) -> dict[str, float]:
     """The same angles for the left and the right."""
     return {f"{side}_{name}": value for side in SIDES for name, value in angles.items()}
-
-
-def other(side: str) -> str:
-    """The other side."""
-    return SIDES[1 - SIDES.index(side)]
 
 
 def shift_weight(t: AngleTimeline, away_from: str, duration: float) -> None:
@@ -29,7 +23,7 @@ def lift_knee(
     t: AngleTimeline, side: str, duration: float, *, hip: float, knee: float, arms: float = 0.0
 ) -> None:
     """Lift a knee and put the foot down again."""
-    arm = f"{other(side)}_shoulder_flexion", f"{side}_shoulder_flexion"
+    arm = f"{other_side(side)}_shoulder_flexion", f"{side}_shoulder_flexion"
     if arms:
         t.move(0.5 * duration, {arm[0]: arms, arm[1]: -0.5 * arms}, advance=0.0)
     lifted = {f"{side}_hip_flexion": hip, f"{side}_knee_flexion": knee}
@@ -39,7 +33,7 @@ def lift_knee(
 
 def side_leg_lifts(t: AngleTimeline) -> None:
     """Lift each straight leg sideways once."""
-    for side, sign in SIGNS.items():
+    for side, sign in SIDE_SIGNS.items():
         shift_weight(t, away_from=side, duration=0.6)
         arms = both(shoulder_abduction=18)
         trunk = {"lumbar_lateral_bending": 3.0 * sign, "pelvis_obliquity": -2.0 * sign}
@@ -92,7 +86,7 @@ def turn_steps(
 ) -> None:
     """Turn by ``size`` [deg] a step, an even number of steps; ``sign`` is +1 to the left."""
     for step in range(steps):
-        side = lead if step % 2 == 0 else other(lead)
+        side = lead if step % 2 == 0 else other_side(lead)
         # The lifted foot turns by twice the size, the pelvis by once; the other foot stays.
         rotation = -size if step % 2 == 0 else 0.0
         turned = {"pelvis_yaw": t.target("pelvis_yaw") + sign * size}

@@ -15,6 +15,7 @@ from imu_bridge.protocols import star
 from imu_bridge.protocols.reading import STANDARD_GRAVITY
 from imu_bridge.sequence import SEQUENCE_MODULUS
 from pose_core.arrays import FloatArray
+from pose_core.joints import SIDE_SIGNS
 from pose_core.stamps import NS_PER_S
 from pose_io.arrays import ByteArray, IntArray
 from pose_sim.body import Body
@@ -93,7 +94,7 @@ def mount(body: Body, parameters: ImuParameters, rng: np.random.Generator) -> di
     nodes = {}
     for node_id, segment in NODES.items():
         side, _, part = segment.rpartition("_") if segment == "torso" else segment.partition("_")
-        mirror = np.array([1.0, -1.0 if side == "right" else 1.0, 1.0])
+        mirror = np.array([1.0, SIDE_SIGNS.get(side, 1.0), 1.0])
         axis = rng.standard_normal(3)
         angle = np.radians(rng.uniform(parameters.misalignment_min, parameters.misalignment_max))
         nodes[node_id] = WornNode(

@@ -4,8 +4,8 @@ The feet carry the body and do not slide, so the legs' angles determine its path
 Angles are degrees in the conventions of ``docs/conventions.md``.
 """
 
-from pose_core.joints import SIDES
-from pose_sim.moves import both, other, quarter_turn, turn_steps
+from pose_core.joints import SIDES, other_side
+from pose_sim.moves import both, quarter_turn, turn_steps
 from pose_sim.timeline import AngleTimeline
 
 FORWARD = (17.0, -13.0)  # [deg] hip flexion of the swing leg and of the stance leg: steps of 0.45 m
@@ -44,7 +44,7 @@ def raise_arms(t: AngleTimeline, **angles: float) -> None:
 def _step(
     t: AngleTimeline, side: str, hips: tuple[float, float], *, knee: float, arms: float
 ) -> None:
-    stance = other(side)
+    stance = other_side(side)
     swings = {f"{side}_hip_flexion": hips[0], f"{stance}_hip_flexion": hips[1]}
     swings |= {f"{side}_shoulder_flexion": -0.5 * arms, f"{stance}_shoulder_flexion": arms}
     t.move(0.62, swings, exact=True, advance=0.0)

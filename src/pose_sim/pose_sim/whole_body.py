@@ -6,13 +6,11 @@ conventions of ``docs/conventions.md``; speeds are moderate, except for the kick
 
 from collections.abc import Mapping
 
-from pose_core.joints import SIDES
-from pose_sim.body import SIGNS
+from pose_core.joints import SIDE_SIGNS, SIDES, other_side
 from pose_sim.moves import (
     bend_forward,
     both,
     march,
-    other,
     shift_weight,
     sink,
     turn_pelvis,
@@ -40,17 +38,17 @@ def twisting(t: AngleTimeline) -> None:
 def dance(t: AngleTimeline) -> None:
     """Steps with arms overhead, a turn by 60 deg, bends and twists, and the turn back."""
     yaw = t.target("pelvis_yaw")
-    for lead, sign in (("left", 1.0), ("right", -1.0)):
+    for lead, sign in SIDE_SIGNS.items():
         t.move(0.9, both(shoulder_flexion=145, shoulder_abduction=15, elbow_flexion=25))
         for beat in range(4):
             step_touch(t, SIDES[beat % 2])
         t.move(0.8, both(shoulder_flexion=15, shoulder_abduction=55, elbow_flexion=30))
         turn_steps(t, lead, sign, steps=4, size=15.0)
-        dip(t, other(lead))
+        dip(t, other_side(lead))
         t.move(0.6, both(shoulder_flexion=30, shoulder_abduction=40, elbow_flexion=70))
         for degrees in (30.0, -30.0, 0.0):
             twist(t, 0.7, yaw + 60.0 * sign, degrees)
-        turn_steps(t, other(lead), -sign, steps=4, size=15.0)
+        turn_steps(t, other_side(lead), -sign, steps=4, size=15.0)
         rest_arms(t, 0.8)
 
 
@@ -67,11 +65,11 @@ def kicks(t: AngleTimeline) -> None:
 
 def walk_turns(t: AngleTimeline) -> None:
     """Walk on the spot, turn right round, walk on, turn back by a quarter, to either side."""
-    for lead, sign in (("left", 1.0), ("right", -1.0)):
+    for lead, sign in SIDE_SIGNS.items():
         march(t, steps=4)
         turn_steps(t, lead, sign, steps=12, size=30.0, arms=12)
         march(t, steps=4)
-        turn_steps(t, other(lead), -sign, steps=6, size=15.0, arms=12)
+        turn_steps(t, other_side(lead), -sign, steps=6, size=15.0, arms=12)
         t.move(0.5, both(shoulder_flexion=0))
 
 
@@ -82,7 +80,7 @@ def crouch_behind_arm(t: AngleTimeline) -> None:
         t.move(0.9, {f"{side}_{name}": degrees for name, degrees in shield.items()})
         sink(t, 1.2, knee=78.0)
         t.wait(0.4)
-        t.move(0.7, {"thoracic_rotation": 14.0 * SIGNS[side], "neck_rotation": 10.0})
+        t.move(0.7, {"thoracic_rotation": 14.0 * SIDE_SIGNS[side], "neck_rotation": 10.0})
         t.move(0.7, {"thoracic_rotation": 0.0, "neck_rotation": 0.0})
         crossed = both(shoulder_flexion=42, shoulder_rotation=50, elbow_flexion=80)
         t.move(0.9, crossed)
@@ -94,7 +92,7 @@ def crouch_behind_arm(t: AngleTimeline) -> None:
 def reach(t: AngleTimeline) -> None:
     """Reach up high, far forward and across with each arm, then draw both elbows back."""
     for side in SIDES:
-        sign = SIGNS[side]
+        sign = SIDE_SIGNS[side]
         up = arm(side, flexion=158, abduction=8, elbow=4, elevation=12)
         reach_once(t, up, {"thoracic_lateral_bending": 8.0 * sign, "thoracic_flexion": -5.0})
         forward = arm(side, flexion=92, elbow=3, protraction=15)
@@ -152,12 +150,12 @@ def twist(t: AngleTimeline, duration: float, yaw: float, degrees: float) -> None
 
 def step_touch(t: AngleTimeline, side: str) -> None:
     """A leg to the side and back, both arms overhead in the opposite direction, then the trunk."""
-    sign = SIGNS[side]
+    sign = SIDE_SIGNS[side]
     wave = {
         f"{side}_shoulder_flexion": 158.0,
         f"{side}_shoulder_abduction": 30.0,
-        f"{other(side)}_shoulder_flexion": 128.0,
-        f"{other(side)}_shoulder_abduction": -12.0,
+        f"{other_side(side)}_shoulder_flexion": 128.0,
+        f"{other_side(side)}_shoulder_abduction": -12.0,
         **both(elbow_flexion=35),
     }
     lean = {"lumbar_lateral_bending": 5.0 * sign, "thoracic_lateral_bending": 10.0 * sign}
@@ -175,7 +173,7 @@ def step_touch(t: AngleTimeline, side: str) -> None:
 
 def dip(t: AngleTimeline, side: str) -> None:
     """Bend deep to the front, arms hanging through, come up bent to a side."""
-    sign = SIGNS[side]
+    sign = SIDE_SIGNS[side]
     bend_forward(t, 1.0, 62.0)
     t.move(1.0, both(shoulder_flexion=48, shoulder_abduction=10, elbow_flexion=10))
     bend_forward(t, 1.0, 0.0)
@@ -188,7 +186,7 @@ def dip(t: AngleTimeline, side: str) -> None:
 def front_kick(t: AngleTimeline, side: str) -> None:
     """Knee up, kick to the front leaning back, and down."""
     kick = f"{side}_hip_flexion", f"{side}_knee_flexion"
-    back = {"pelvis_tilt": -8.0, f"{other(side)}_hip_flexion": -8.0, "lumbar_flexion": -5.0}
+    back = {"pelvis_tilt": -8.0, f"{other_side(side)}_hip_flexion": -8.0, "lumbar_flexion": -5.0}
     shift_weight(t, away_from=side, duration=0.4)
     t.move(0.4, dict(zip(kick, (72.0, 88.0), strict=True)))
     t.move(0.3, back, exact=True, advance=0.0)
@@ -202,7 +200,7 @@ def front_kick(t: AngleTimeline, side: str) -> None:
 
 def side_kick(t: AngleTimeline, side: str) -> None:
     """Knee up, kick to the side leaning away from it, and down."""
-    sign, stance = SIGNS[side], f"{other(side)}_hip_abduction"
+    sign, stance = SIDE_SIGNS[side], f"{other_side(side)}_hip_abduction"
     kick = f"{side}_hip_flexion", f"{side}_knee_flexion", f"{side}_hip_abduction"
     shift_weight(t, away_from=side, duration=0.4)
     upright = {stance: t.target(stance), "pelvis_obliquity": 0.0}

@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from pose_core.errors import InputError
-from pose_core.joints import SIDES
+from pose_core.joints import SIDE_SIGNS
 from pose_teleop.extras import in_package
 
 Vector = tuple[float, ...]
@@ -84,7 +84,7 @@ def load_robot(name: str, side: str, urdf: str = "") -> RobotFile:
 
 
 def _robot(name: str, content: dict[str, Any], side: str, urdf: str) -> RobotFile:
-    sign = 1.0 if side == SIDES[0] else -1.0
+    sign = SIDE_SIGNS[side]
     rest = np.array(content["rest"], float)
     rest[content.get("rest_flips", [])] *= sign
     mounts = content.get("mount", {})

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from pose_core.arrays import FloatArray
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
-from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES
+from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDE_SIGNS, SIDES
 from pose_core.kernels.rotations import logarithm
 
 STRAIGHT = np.radians(15.0)  # a straighter limb does not determine its axial rotation
@@ -69,7 +69,7 @@ def vector_from_rotation(R: FloatArray) -> FloatArray:
 
 def _limb_angles(side: str, first: FloatArray, second: FloatArray, bend: float) -> FloatArray:
     """Flexion, abduction, rotation and the hinge's flexion [rad] of one limb, (4,)."""
-    outward = 1.0 if side == "left" else -1.0
+    outward = SIDE_SIGNS[side]
     x, y, z = first / np.linalg.norm(first)
     flexion = np.arctan2(x, -z)
     abduction = outward * np.arcsin(np.clip(y, -1.0, 1.0))

@@ -12,7 +12,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray, unit_vectors
 from pose_core.body.trunk import trunk_axes
-from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDES
+from pose_core.joints import JOINT_INDEX, LIMB_JOINTS, SIDE_SIGNS, SIDES
 
 ANGLES: tuple[str, ...] = tuple(
     f"{side}_{angle}"
@@ -51,7 +51,7 @@ def joint_angles(positions: FloatArray) -> dict[str, FloatArray]:
     axes = trunk_axes(positions)
     angles: dict[str, FloatArray] = {}
     for side in SIDES:
-        outward = 1.0 if side == "left" else -1.0
+        outward = SIDE_SIGNS[side]
         for ball, hinge, end in LIMB_JOINTS:
             upper = joints[f"{side}_{hinge}"] - joints[f"{side}_{ball}"]
             lower = joints[f"{side}_{end}"] - joints[f"{side}_{hinge}"]

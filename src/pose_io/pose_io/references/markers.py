@@ -14,14 +14,13 @@ import numpy as np
 from pose_core.api import SkeletonSeries
 from pose_core.arrays import FloatArray, unit_vectors
 from pose_core.errors import InputError
-from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDE_SIGNS, TrackingState
 
 KNEE_OFFSET_M = 0.0595  # [m] half of a knee 105 mm wide, and a marker of 14 mm
 ANKLE_OFFSET_M = 0.043  # [m] half of an ankle 72 mm wide, and a marker of 14 mm
 METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "meters": 1.0, "millimeters": 0.001}
 TRUNK_M = (0.15, 1.5)  # [m] from the hips to the neck, of an infant and a giant
 
-SIGNS = {"left": 1.0, "right": -1.0}  # along the lateral axis
 MEDIAL = {"knee": ("{s}knm", "{s}mkne", "{s}knem"), "ankle": ("{s}mma", "{s}mank", "{s}ankm")}
 CENTRE_LABELS: dict[str, tuple[str, ...]] = {
     "shoulder": ("{side}shoulder", "{s}shoulder", "{s}sjc", "{s}clo"),
@@ -127,7 +126,7 @@ class _JointCentres:
         centres["head"] = self._named(("head",), self._mean(("lfhd", "rfhd", "lbhd", "rbhd")))
         up = unit_vectors(centres["neck"] - middle)
         outward = unit_vectors(centres["left_hip"] - centres["right_hip"])
-        for side, sign in SIGNS.items():
+        for side, sign in SIDE_SIGNS.items():
             self._leg(centres, side, sign * outward)
             self._arm(centres, side, up)
         return centres
@@ -150,7 +149,7 @@ class _JointCentres:
         aside = 0.33 * width + 0.0073
         return {
             f"{side}_hip": self._centre(side, "hip", front + ahead * x + up * z + sign * aside * y)
-            for side, sign in SIGNS.items()
+            for side, sign in SIDE_SIGNS.items()
         }
 
     def _leg(self, centres: dict[str, FloatArray], side: str, outward: FloatArray) -> None:

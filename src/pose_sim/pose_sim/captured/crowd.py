@@ -18,7 +18,8 @@ from scipy.spatial.transform import Rotation
 from pose_core.api import SkeletonSample
 from pose_core.arrays import FloatArray
 from pose_io.arrays import BoolArray
-from pose_sim.captured.clips import RATE, Clip, chain, heading, mid_hip, read_clip
+from pose_sim.captured.clip import RATE, Clip
+from pose_sim.captured.clips import chain, heading, mid_hip, read_clip
 from pose_sim.captured.session import camera_around, stamp_of
 from pose_sim.captured.trackers import TRACKERS, at, track
 from pose_sim.scene import SENSORS

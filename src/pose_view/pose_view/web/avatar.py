@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from viser import FrameHandle, MeshHandle, SceneApi
 
+from pose_core.joints import SIDE_SIGNS
 from pose_view.body.joint_marks import BALLS, BANDS, COLORS, ball_place, joint_marks, make_balls
 from pose_view.body.measures import MeasuredBody
 from pose_view.body.parts import PARTS, make_parts
@@ -27,7 +28,7 @@ IMU_PLACES = {  # segment: part, fraction of the length from the part's origin, 
     "head": ("head", (-0.105, 0.0, 0.24)),
     **{
         f"{side}_{limb}": (f"{side}_{limb}", (x, sign * y, -z))
-        for side, sign in (("left", 1.0), ("right", -1.0))
+        for side, sign in SIDE_SIGNS.items()
         for limb, x, y, z in (
             ("upper_arm", 0.0, 0.054, 0.16),
             ("forearm", 0.0, 0.042, 0.18),
