@@ -6,7 +6,6 @@ the state predicted to the current time; both are compared with the truth at tha
 
 import argparse
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from rich.console import Console
@@ -30,21 +29,12 @@ SUMMARY = "the pose predicted to now against the last output, both against the t
 SEED = 101  # that no parameter was tuned on
 
 
-@dataclass(frozen=True, kw_only=True)
-class PredictionErrors:
-    """Errors over all instants of one session with known truth."""
+def prediction_errors(session: BenchSession, *, use_imus: bool) -> tuple[float, float]:
+    """Process a session in the order of arrival, and predict to each instant of the truth.
 
-    held_deg: float  # RMSE [deg] of the last output, mean over the angles
-    predicted_deg: float  # the same of the prediction
-
-    @property
-    def ratio(self) -> float:
-        """The prediction's error over the last output's."""
-        return self.predicted_deg / self.held_deg
-
-
-def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErrors:
-    """Process a session in the order of arrival, and predict to each instant of the truth."""
+    Returns:
+        RMSE [deg] over all instants, mean over the angles: of the last output, of the prediction.
+    """
     parameters = PipelineParameters(
         sensors=session.extrinsics.sensors, use_imus=use_imus, output_rate=0.0
     )
@@ -65,7 +55,7 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
         return float(np.degrees(np.mean([np.sqrt(np.nanmean(error**2)) for error in errors])))
 
     held, predicted = [h for _, h, _ in asked], [p for _, _, p in asked]
-    return PredictionErrors(held_deg=error_deg(held), predicted_deg=error_deg(predicted))
+    return error_deg(held), error_deg(predicted)
 
 
 def _asked(
@@ -108,10 +98,9 @@ def run(arguments: argparse.Namespace) -> int:
         with Console(stderr=True).status(f"predicting {name}"):
             session = bench_session(spec)
             for use_imus in (False, True):
-                found = prediction_errors(session, use_imus=use_imus)
+                held, predicted = prediction_errors(session, use_imus=use_imus)
                 label = f"{name}, two Kinects{', nine IMUs' if use_imus else ''}"
-                values = (found.held_deg, found.predicted_deg, found.ratio)
-                rows.append(number_row(label, values, 2))
+                rows.append(number_row(label, (held, predicted, predicted / held), 2))
     table = Table(
         caption="Error against the truth of now [°], mean over the angles",
         head="",
