@@ -1,7 +1,6 @@
 """A session's IMU nodes as devices of several kinds: the data and times of each port."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,22 +10,6 @@ from imu_bridge.protocols.star import CLOCK_MODULUS_US
 from pose_io.arrays import IntArray
 from pose_sim import imu_file, text_device, witmotion_device
 from pose_sim.virtual_imu import LSB, NODES, ImuFrames
-
-
-@dataclass(frozen=True, kw_only=True)
-class PortStream:
-    """Data sent by one port.
-
-    Attributes:
-        segment: The segment of its only sensor; None for the sink of the star network.
-        due_ns: Time of arrival of each piece [ns], from the session's start, shape (n,).
-        pieces: The bytes that arrive at these times.
-    """
-
-    segment: str | None
-    due_ns: IntArray
-    pieces: tuple[bytes, ...]
-
 
 BAUDRATES: dict[str, int | None] = {"star": None, "witmotion": 115200, "text": 115200}
 """Speed [bit/s] of the devices by their protocol in a nodes file.
@@ -40,21 +23,26 @@ _ENCODERS: dict[str, Callable[..., bytes]] = {
 }
 
 
-def port_streams(device: str, frames: ImuFrames) -> list[PortStream]:
+def port_streams(
+    device: str, frames: ImuFrames
+) -> dict[str | None, tuple[IntArray, tuple[bytes, ...]]]:
     """A session's frames as the data of each port.
 
     Args:
         device: A key of :data:`BAUDRATES`.
         frames: The frames.
+
+    Returns:
+        Times of arrival [ns] from the session's start, (n,), and the bytes that arrive then; by
+        the segment of the port's only sensor, which is None for the sink of the star network.
     """
     if device == "star":
-        pieces = tuple(imu_file.encode_all(frames))
-        return [PortStream(segment=None, due_ns=frames.due_ns, pieces=pieces)]
-    streams = []
+        return {None: (frames.due_ns, tuple(imu_file.encode_all(frames)))}
+    streams: dict[str | None, tuple[IntArray, tuple[bytes, ...]]] = {}
     for node_id, segment in NODES.items():
         rows = np.flatnonzero(frames.node_id == node_id)
         pieces = tuple(_ENCODERS[device](**sample) for sample in _samples(frames, rows))
-        streams.append(PortStream(segment=segment, due_ns=frames.due_ns[rows], pieces=pieces))
+        streams[segment] = frames.due_ns[rows], pieces
     return streams
 
 

@@ -73,15 +73,15 @@ def run() -> int:
     frames, note = imu_file.read(arguments.session / IMU_FILE)
     rng = np.random.default_rng(arguments.seed)
     transmissions = {
-        _link(arguments.link, stream.segment): over_the_air(
-            stream.due_ns,
-            stream.pieces,
+        _link(arguments.link, segment): over_the_air(
+            due_ns,
+            pieces,
             lost=arguments.lost,
             corrupted=arguments.corrupted,
             jitter_s=arguments.jitter,
             rng=rng,
         )
-        for stream in port_streams(arguments.device, frames)
+        for segment, (due_ns, pieces) in port_streams(arguments.device, frames).items()
     }
     with ExitStack() as stack:
         terminals = [
