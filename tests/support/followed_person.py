@@ -10,7 +10,7 @@ from pose_teleop.arm_controller import ArmController
 from pose_teleop.input_monitor import Now
 from pose_teleop.parameters import ArmParameters
 from pose_teleop.person_arm import angle_names
-from pose_teleop.robot_dynamics import SimulatedArm, TrajectoryPoints
+from pose_teleop.robot_dynamics import SimulatedArm
 from pose_teleop.supervisor import State
 
 PERIOD_NS = 10_000_000
@@ -90,11 +90,9 @@ class Followed:
             command = self.controller.step(self.now(), self.held)
             if command is not None:
                 self.robot.command(
-                    TrajectoryPoints(
-                        times_s=command.times_s,
-                        position=np.array([m.position for m in command.motions]),
-                        velocity=np.array([m.velocity for m in command.motions]),
-                    )
+                    command.times_s,
+                    np.array([m.position for m in command.motions]),
+                    np.array([m.velocity for m in command.motions]),
                 )
             self.robot.advance(PERIOD_NS * 1e-9)
             self._note()

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.api import FloatArray
-from pose_core.joints import SIDES
+from pose_core.joints import other_side
 from pose_core.stamps import NS_PER_S
 from pose_teleop.arm_mapping import ArmMapping, JointMapping, WristMapping
 from pose_teleop.input_monitor import InputMonitor, Now
@@ -50,7 +50,7 @@ class ArmController:
 
     def __init__(self, parameters: ArmParameters) -> None:
         self._parameters = p = parameters
-        side = SIDES[1 - SIDES.index(p.side)] if p.mirror else p.side
+        side = other_side(p.side) if p.mirror else p.side
         self.robot = RobotArm(load_robot(p.robot, side, p.urdf))
         limits = command_limits(self.robot, p)
         self.limiter = MotionLimiter(limits)

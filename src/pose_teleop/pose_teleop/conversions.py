@@ -16,7 +16,6 @@ from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_node.conversions import to_header
 from pose_teleop.arm_controller import ArmCommand
 from pose_teleop.retargeting import NamedPoses
-from pose_teleop.robot_dynamics import TrajectoryPoints
 
 ROBOT_COLOR = (0.83, 0.85, 0.88)
 
@@ -50,8 +49,13 @@ def to_trajectory(command: ArmCommand, joints: Sequence[str], now_ns: int) -> Jo
     )
 
 
-def to_points(message: JointTrajectory, joints: Sequence[str]) -> TrajectoryPoints | None:
-    """Convert a trajectory for the simulated robot; None if it has other joints."""
+def to_points(
+    message: JointTrajectory, joints: Sequence[str]
+) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """A trajectory's times [s], (k,), angles [rad] and velocities [rad/s], (k, joints).
+
+    None if it has other joints, or cannot be followed.
+    """
     if set(message.joint_names) != set(joints) or not message.points:
         return None
     order = [list(message.joint_names).index(joint) for joint in joints]
@@ -60,7 +64,7 @@ def to_points(message: JointTrajectory, joints: Sequence[str]) -> TrajectoryPoin
     velocity = np.array([p.velocities for p in message.points], float)[:, order]
     if not (np.diff(times) > 0.0).all() or not np.isfinite(position).all():
         return None
-    return TrajectoryPoints(times_s=np.array(times), position=position, velocity=velocity)
+    return np.array(times), position, velocity
 
 
 def robot_states(

@@ -4,7 +4,6 @@ Forward dynamics by the articulated-body algorithm (Featherstone 2008, chapter 7
 computed torque with the URDF's effort limits, semi-implicit Euler steps.
 """
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -20,15 +19,6 @@ DAMPING = 2.0 * 40.0  # [1/s] critical
 ROTOR_INERTIA = 0.02  # [kg m2] of every motor behind its gear; not part of URDF
 GOVERNED = 0.98  # [-] share of the velocity limits that the drives allow; their model is not exact
 FEED_FORWARD = 2.0  # [-] largest feed-forward acceleration, relative to the limit
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrajectoryPoints:
-    """A command: k points of n joints."""
-
-    times_s: FloatArray  # (k,) since its reception, increasing
-    position: FloatArray  # [rad] (k, n)
-    velocity: FloatArray  # [rad/s] (k, n)
 
 
 class SimulatedArm:
@@ -60,13 +50,19 @@ class SimulatedArm:
         self._begun_s = 0.0
         self._time_s = 0.0
 
-    def command(self, points: TrajectoryPoints) -> None:
-        """Replace the current trajectory."""
-        position, velocity = self._reference
+    def command(self, times_s: FloatArray, position: FloatArray, velocity: FloatArray) -> None:
+        """Replace the current trajectory by k points of n joints.
+
+        Args:
+            times_s: [s] from now, increasing, (k,).
+            position: [rad] (k, n).
+            velocity: [rad/s] (k, n).
+        """
+        begin, begin_velocity = self._reference
         self._trajectory = CubicHermiteSpline(
-            np.concatenate([[0.0], points.times_s]),
-            np.vstack([position, points.position]),
-            np.vstack([velocity, points.velocity]),
+            np.concatenate([[0.0], times_s]),
+            np.vstack([begin, position]),
+            np.vstack([begin_velocity, velocity]),
         )
         self._begun_s = self._time_s
 

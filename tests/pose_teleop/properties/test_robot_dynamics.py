@@ -7,7 +7,7 @@ from pose_teleop.arm_controller import command_limits
 from pose_teleop.motion_limiter import MotionLimiter
 from pose_teleop.parameters import ArmParameters
 from pose_teleop.robot_arm import RobotArm
-from pose_teleop.robot_dynamics import SimulatedArm, TrajectoryPoints
+from pose_teleop.robot_dynamics import SimulatedArm
 from pose_teleop.robot_files import load_robot
 
 pytest.importorskip("ruckig")
@@ -29,11 +29,9 @@ def follow_random_targets(robot, seed, step_s=0.002, **parameters):
         motions = [limiter.follow(target, np.zeros(len(target)), PERIOD_S)]
         motions += limiter.way_to_stop(STOP_STEP_S)
         simulated.command(
-            TrajectoryPoints(
-                times_s=PERIOD_S + STOP_STEP_S * np.arange(len(motions)),
-                position=np.array([motion.position for motion in motions]),
-                velocity=np.array([motion.velocity for motion in motions]),
-            )
+            PERIOD_S + STOP_STEP_S * np.arange(len(motions)),
+            np.array([motion.position for motion in motions]),
+            np.array([motion.velocity for motion in motions]),
         )
         simulated.advance(PERIOD_S)
         lag = max(lag, np.abs(simulated.position - motions[0].position).max())
@@ -63,10 +61,7 @@ def test_a_command_far_away_is_reached_within_the_robots_velocity(robot):
     arm = RobotArm(load_robot(robot, "left"))
     simulated = SimulatedArm(arm, 0.1)
     goal = np.clip(arm.rest + 1.0, arm.lower, arm.upper)
-    points = TrajectoryPoints(
-        times_s=np.array([0.01]), position=goal[None], velocity=np.zeros((1, len(goal)))
-    )
-    simulated.command(points)
+    simulated.command(np.array([0.01]), goal[None], np.zeros((1, len(goal))))
     for _ in range(200):
         simulated.advance(PERIOD_S)
         assert (np.abs(simulated.velocity) <= 1.01 * arm.max_velocity).all()  # masses misjudged

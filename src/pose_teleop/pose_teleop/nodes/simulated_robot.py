@@ -65,7 +65,7 @@ class SimulatedRobot(Node):
             return
         self._counters.add("commands")
         self._advance()
-        self.simulated.command(points)
+        self.simulated.command(*points)
 
     def _advance(self) -> None:
         now_ns = time.monotonic_ns()
