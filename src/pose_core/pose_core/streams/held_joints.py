@@ -37,12 +37,11 @@ class HeldJoints:
         sensor = sample.sensor
         last, self._last[sensor] = self._last.get(sensor, sample), sample
         repeats = self._repeats[sensor]
+        self.held[sensor] = []
         if not ((sample.positions == last.positions).any() or repeats.any()):
-            self.held[sensor] = []
             return sample  # as usual: nothing is repeated, nothing was
         moved_m = np.abs(sample.positions - last.positions) @ np.ones(3)  # NaN where not known
         is_same, has_moved = moved_m == 0.0, moved_m > 0.0
-        self.held[sensor] = []
         repeats[has_moved] = 0
         if not is_same.any():
             return sample

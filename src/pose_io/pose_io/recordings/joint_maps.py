@@ -78,7 +78,7 @@ class JointMap:
 
         Args:
             confidence: In the source's scale, any shape; NaN where unknown. None if the source
-            has no confidences.
+                has no confidences.
 
         Returns:
             Values of ``TrackingState``; a joint of unknown confidence counts as tracked.
