@@ -19,6 +19,7 @@ from pose_bench.faults.messages import Planned, planned
 from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer
 from pose_bench.processes import pids_of
+from pose_bench.replayed_person import SESSION_S, captured_person
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
 from pose_core.arrays import FloatArray
@@ -28,16 +29,9 @@ from pose_evaluation.offline import MethodSetup, run_methods
 from pose_fusion.launched_graph import launch, up_command
 from pose_fusion.tools.demo_graph import use_own_domain
 from pose_node.child_process import stop
-from pose_sim.captured.clips import bundled_clips
-from pose_sim.captured.session import (
-    START_NS,
-    CapturedSession,
-    CapturedSpec,
-    make_captured_session,
-)
+from pose_sim.captured.session import START_NS, CapturedSession
 
 WARM_S = 14.0  # [s] before the first fault: calibration, body measures, alignment of IMUs
-SESSION_S = 62.0  # [s] of captured motion
 LEAD_S = 4.0  # [s] from the start of the plan to the first frame
 START_S = 900.0  # [s] time limit of the graph's start, which may compile
 SETUP = MethodSetup(name="default", estimator="default", use_imus=True)
@@ -56,21 +50,6 @@ class Slot:
     def end_s(self) -> float:
         """The fault's end [s]."""
         return self.begin_s + self.fault.lasts_s
-
-
-def captured_person() -> CapturedSession:
-    """The session into which all faults are injected."""
-    clips = bundled_clips()
-    order = np.random.default_rng(5).permutation(len(clips))
-    spec = CapturedSpec(
-        name="faults",
-        clips=tuple(clips[i] for i in order),
-        trackers=("mixed", "calm"),
-        spins=False,
-        seed=5,
-        duration_s=SESSION_S,
-    )
-    return make_captured_session(spec)
 
 
 def sessions(faults: Sequence[Fault]) -> list[list[Slot]]:

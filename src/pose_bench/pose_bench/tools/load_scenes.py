@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pose_bench.captured import truth_of
 from pose_bench.faults.judging import Poses, rmse_deg
 from pose_bench.faults.packets import Packet, packet_of, packets_of
-from pose_bench.tools.fault_sessions import SESSION_S, captured_person
+from pose_bench.replayed_person import SESSION_S, captured_person
 from pose_core.api import SEGMENTS, SkeletonSeries
 from pose_core.arrays import FloatArray
 from pose_sim.captured.clips import bundled_clips

@@ -8,7 +8,7 @@ import numpy as np
 
 from pose_bench.faults.messages import Planned, planned
 from pose_bench.faults.packets import Frame, Packet, packets_of
-from pose_bench.tools.fault_sessions import SESSION_S
+from pose_bench.replayed_person import SESSION_S
 from pose_bench.tools.offline import shifted_by
 from pose_core.api import inverse, transformed
 from pose_core.arrays import FloatArray
