@@ -102,16 +102,14 @@ def write_session(path: Path, session: Session, start_ns: int) -> None:
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         hidden = Path(tempfile.mkdtemp(prefix=f".{path.name}.partial-", dir=path.parent))
-    try:
-        _write_files(hidden, session, start_ns)
-        hidden.chmod(0o755)
-        if path.exists():
-            raise InputError(f"{path} was created by another program: name another folder")
-        os.rename(hidden, path)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}") from error
-    finally:
-        shutil.rmtree(hidden, ignore_errors=True)
+        try:
+            _write_files(hidden, session, start_ns)
+            hidden.chmod(0o755)
+            if path.exists():
+                raise InputError(f"{path} was created by another program: name another folder")
+            os.rename(hidden, path)
+        finally:
+            shutil.rmtree(hidden, ignore_errors=True)
 
 
 def note_of(session: Session) -> str:
