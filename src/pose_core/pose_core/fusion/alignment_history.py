@@ -29,11 +29,10 @@ MAX_SIGMAS = 3.5  # [-] by which estimates of the same sensor-to-segment rotatio
 @dataclass(kw_only=True)
 class _Estimates:
     first_ns: int
-    exchanged_with: str = ""  # see SensorToSegment
-    z_down: bool = False  # the same
+    worn_as: tuple[str, bool]  # exchanged_with and z_down, see SensorToSegment
     reference: tuple[int, SensorToSegment] | None = None
     recent: deque[tuple[int, SensorToSegment]] = field(default_factory=deque)
-    seen_ns: int | None = None  # when a slip showed
+    slip_shown_ns: int | None = None
 
 
 class AlignmentHistory:
@@ -51,22 +50,18 @@ class AlignmentHistory:
         self._last_ns = stamp_ns
         for segment, alignment in pipeline.sensor_to_segment.items():
             own = self._estimates.get(segment)
-            as_now = _Estimates(
-                first_ns=stamp_ns, exchanged_with=alignment.exchanged_with, z_down=alignment.z_down
-            )
-            if own is None or (own.exchanged_with, own.z_down) != (
-                as_now.exchanged_with,
-                as_now.z_down,
-            ):
+            worn_as = alignment.exchanged_with, alignment.z_down
+            as_now = _Estimates(first_ns=stamp_ns, worn_as=worn_as)
+            if own is None or own.worn_as != worn_as:
                 own = self._estimates[segment] = as_now
-            if own.seen_ns is not None:
+            if own.slip_shown_ns is not None:
                 continue
             if own.reference is None:
                 if stamp_ns - own.first_ns >= SHOWS_NS:
                     own.reference = stamp_ns, alignment
             elif _differ(own.reference[1], alignment):
                 if own.recent[0][0] >= own.reference[0]:
-                    own.seen_ns = stamp_ns
+                    own.slip_shown_ns = stamp_ns
                     continue
                 own = self._estimates[segment] = as_now
             own.recent.append((stamp_ns, alignment))
@@ -90,11 +85,11 @@ class AlignmentHistory:
 
     def _initial(self, segment: str, final: SensorToSegment) -> SensorToSegment:
         own = self._estimates.get(segment)
-        if own is None or own.seen_ns is None:
+        if own is None or own.slip_shown_ns is None:
             return final
         begin_ns = own.recent[-1][0] - SHOWS_NS
         return replace(
-            own.recent[0][1], slip=Slip(begin_ns=begin_ns, end_ns=own.seen_ns, after=final)
+            own.recent[0][1], slip=Slip(begin_ns=begin_ns, end_ns=own.slip_shown_ns, after=final)
         )
 
 
