@@ -99,8 +99,7 @@ def _frame(joints: FloatArray, rng: np.random.Generator) -> CameraFrame:
     states = rng.choice([1, 2], len(JOINTS), p=[0.2, 0.8]).astype(np.uint8)
     positions[~is_seen], states[~is_seen] = np.nan, 0
     sensor = int(rng.integers(CAMERAS))
-    late_s = float(rng.choice([0.0, 0.0, 0.0, 0.07]))
-    return CameraFrame(sensor, positions, states, camera_place(sensor), late_s)
+    return CameraFrame(sensor, positions, states, camera_place(sensor))
 
 
 def _realigned(state: FilterState, rng: np.random.Generator) -> FilterState:

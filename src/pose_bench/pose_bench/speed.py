@@ -101,7 +101,7 @@ class Scene:
     def frames(self, frame: int, sensors: int) -> list[CameraFrame]:
         """Camera frames for the default estimator's filter."""
         return [
-            CameraFrame(sensor, positions, TRACKED, camera_place(sensor), 0.0)
+            CameraFrame(sensor, positions, TRACKED, camera_place(sensor))
             for sensor, positions in enumerate(self.seen(frame, sensors))
         ]
 

@@ -219,20 +219,41 @@ def test_noisier_sensors_enlarge_the_published_deviation():
     assert stddev[0.05] > 1.5 * stddev[0.005]
 
 
+def as_delivered(samples, late_frames):
+    """All samples in the order of arrival: the right tracker's come some frames late."""
+    late_ns = {"left": 0, "right": late_frames * FRAME_NS}
+    return sorted(samples, key=lambda s: (s.stamp_ns + late_ns[s.sensor], s.stamp_ns))
+
+
 def test_a_late_frame_updates_the_filter_but_its_instant_is_not_published_again():
     _, dof = motion(6.0)
-    samples = samples_of(dof)
-    right = [s for s in samples if s.sensor == "right"]
-    left = [s for s in samples if s.sensor == "left"]
-    late = sorted(
-        [(s.stamp_ns, s) for s in left] + [(s.stamp_ns + 2 * FRAME_NS, s) for s in right],
-        key=lambda pair: pair[0],
-    )
-    pipeline, estimates = run([s for _, s in late], is_live=True)
+    pipeline, estimates = run(as_delivered(samples_of(dof), late_frames=2), is_live=True)
     stamps = [e.stamp_ns for e in estimates]
     assert np.all(np.diff(stamps) > 0)
     assert len(estimates) > 80
     assert pipeline.counters["frames_late_but_used"] > 80
+
+
+@pytest.mark.parametrize("late_frames", [1, 2, 5])
+def test_late_frames_give_the_pose_that_they_would_give_in_order(late_frames):
+    _, dof = motion(6.0)
+    samples = samples_of(dof)
+    ends = []
+    for late in (0, late_frames):
+        pipeline = Pipeline(PipelineParameters(), extrinsics(), is_live=True)
+        fused(pipeline, as_delivered(samples, late))
+        ends.append(pipeline.predict(samples[-1].stamp_ns + FRAME_NS))
+    in_order, late = ends
+    assert in_order.stamp_ns == late.stamp_ns
+    np.testing.assert_allclose(late.joints, in_order.joints, atol=5e-4)  # [m]
+    np.testing.assert_allclose(late.position_stddev, in_order.position_stddev, rtol=0.02)
+
+
+def test_frames_later_than_the_steps_that_are_kept_are_counted_and_left_out():
+    _, dof = motion(6.0)
+    pipeline, _ = run(as_delivered(samples_of(dof), late_frames=9), is_live=True)
+    assert pipeline.counters["frames_late_but_used"] < 10  # at the start, of which nothing is kept
+    assert pipeline.counters["frames_too_late"] > 80
 
 
 def test_a_recording_is_interpolated_between_frames_without_a_hole():

@@ -14,7 +14,7 @@ def frame_of(sensor, legs_exchanged=False):
     for side, y in zip(SIDES, (0.15, -0.15), strict=True):
         positions[JOINT_INDEX[f"{side}_shoulder"], 1] = y
         positions[JOINT_INDEX[f"{side}_hip"], 1] = -y if legs_exchanged else y
-    return CameraFrame(sensor, positions, np.full(len(JOINTS), 2, np.uint8), np.zeros(3), 0.0)
+    return CameraFrame(sensor, positions, np.full(len(JOINTS), 2, np.uint8), np.zeros(3))
 
 
 def frames_until_noticed(sensors, swaps, most=100, **options):

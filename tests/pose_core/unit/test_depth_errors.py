@@ -55,7 +55,7 @@ def watch(state, error, seconds):
             rays = joints - CAMERAS[0]
             rays /= np.linalg.norm(rays, axis=1, keepdims=True)
             joints += rays * np.reshape(error(step / 60.0), (-1, 1))
-        frame = CameraFrame(sensor, joints, TRACKED, CAMERAS[sensor].copy(), 0.0)
+        frame = CameraFrame(sensor, joints, TRACKED, CAMERAS[sensor].copy())
         assert update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))[0]
         if step > 30 * seconds:
             farthest = max(farthest, np.linalg.norm(state.pose.position - ROOT))

@@ -38,7 +38,7 @@ def frames_until_noticed(R, exchanged=False, most=60):
     joints[JOINT_INDEX["neck"], 2] = 1.5
     if exchanged:
         joints[:, 1] *= -1.0
-    frame = CameraFrame(0, joints, states, np.zeros(3), 0.0)
+    frame = CameraFrame(0, joints, states, np.zeros(3))
     for count in range(1, most):
         if check.faces_backwards(frame, R, FRAME_S):
             return count

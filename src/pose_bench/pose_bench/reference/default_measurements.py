@@ -120,12 +120,11 @@ def imu_groups(constants: ImuConstants, state: FilterState, imus: ImuFrame) -> I
 
 
 def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> PlainView:
-    """The joints at a frame's instant of capture, extrapolated back with the current rates."""
+    """The joints that a frame measures."""
     pose = state.pose
-    back = Rotation.from_rotvec(-frame.late_s * pose.rates)
-    rotations = (back * Rotation.from_matrix(pose.rotations)).as_matrix()
+    rotations = pose.rotations.copy()
     levers = levers_of(constants.body, rotations, pose.slides)
-    positions = pose.position - frame.late_s * pose.velocity + levers.sum(axis=1)
+    positions = pose.position + levers.sum(axis=1)
     return PlainView(
         frame=frame,
         gap_s=min(state.views.silent_s[frame.sensor], MAX_STEP_S),
@@ -223,11 +222,10 @@ def joint_regression(
     apart = places - points.Wm @ places
     regression = np.linalg.solve(P, (points.Wc[:, None] * errors).T @ apart).T
     unfitted = (points.Wc[:, None] * apart).T @ apart - regression @ P @ regression.T
-    slides, velocity = columns(state)
+    slides = columns(state)[0]
     H = np.zeros((3, len(state.P)))
     H[:, :3] = np.eye(3)
     H[:, spread] = regression
-    H[:, velocity : velocity + slides] = -view.frame.late_s * H[:, :slides]
     for slide, link in enumerate(body.sliding_links):
         at = slides + 3 * slide
         H[:, at : at + 3] = body.slides[joint, slide] * view.rotations[link]

@@ -1,9 +1,11 @@
 """Tracking of the sources' clocks after the calibration: drift, and steps when a clock is set.
 
-Every ten seconds the offsets are measured in the last twenty seconds, near their last values, and
-a line is fitted to the measurements. If no offset is found there, the whole range is searched.
-If an offset far from the line is found twice, the clock has been set: older measurements are
-dropped. Clocks of single IMUs are compared with the others' once a window.
+A camera's clock that nobody knows, as where only the cameras' poses are given, is searched in the
+whole range every two seconds until an offset is found. From then on, every ten seconds the offsets
+are measured in the last twenty seconds, near their last values, and a line is fitted to the
+measurements. If no offset is found there, the whole range is searched. If an offset far from the
+line is found twice, the clock has been set: older measurements are dropped. Clocks of single IMUs
+are compared with the others' once a window.
 """
 
 from collections import deque
@@ -14,7 +16,12 @@ from functools import partial
 import numpy as np
 
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from
-from pose_calibration.clocks.clock_offset import FINE_REACH_S, find_shift, measure_window
+from pose_calibration.clocks.clock_offset import (
+    FINE_REACH_S,
+    estimate_clock_offset,
+    find_shift,
+    measure_window,
+)
 from pose_calibration.clocks.joint_delays import LAG_SPREAD_S
 from pose_calibration.clocks.motion_track import Track, track_of
 from pose_calibration.inertial.imu_clock import (
@@ -37,6 +44,7 @@ from pose_core.api import IMUS, ONE_IMU, Clock, Clocks, Extrinsics, SkeletonSamp
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 EVERY_NS = 10 * NS_PER_S
+SEARCH_EVERY_NS = 2 * NS_PER_S  # [ns] while no offset is known
 WINDOW_NS = 20 * NS_PER_S
 MAX_MEASURED = 120  # [-] twenty minutes
 STALE_NS = 300 * NS_PER_S  # [ns] after which a clock from a file is not used
@@ -60,6 +68,7 @@ class ClockTracker:
         self._outliers: dict[str, int] = {}
         self._begin_ns: int | None = None
         self._due_ns = 0
+        self._search_due_ns = 0
         self._single_due_ns = 0
 
     def add(self, sample: SkeletonSample, imus: ImuMemory) -> Clocks | None:
@@ -81,9 +90,11 @@ class ClockTracker:
             return None
         if self._begin_ns is None:
             self._begin_ns, self._due_ns = sample.stamp_ns, sample.stamp_ns + EVERY_NS
+            self._search_due_ns = sample.stamp_ns + SEARCH_EVERY_NS
             self._remember_known(sample.stamp_ns)
         if sample.stamp_ns < self._due_ns:
-            return None
+            is_due = sample.stamp_ns >= self._search_due_ns
+            return self.clocks if is_due and self._search(sample.stamp_ns) else None
         self._due_ns = sample.stamp_ns + EVERY_NS
         self._measure_all(self._begin_ns, imus)
         return self.clocks
@@ -99,6 +110,18 @@ class ClockTracker:
                     stddev_s=clock.stddev_s,
                 )
                 self._offsets[source] = deque([known], maxlen=MAX_MEASURED)
+
+    def _search(self, now_ns: int) -> bool:
+        """Search the clocks of cameras that are unknown; whether one is clearly off was found."""
+        self._search_due_ns = now_ns + SEARCH_EVERY_NS
+        reference, found = self._samples[self._extrinsics.reference], False
+        for name, samples in self._samples.items():
+            if name == self._extrinsics.reference or name in self.clocks:
+                continue
+            offset = estimate_clock_offset(reference, samples, self._max_offset_s)
+            if offset.clock is not None and abs(offset.estimate_s) >= FINE_REACH_S:
+                self.clocks[name], found = offset.clock, True
+        return found
 
     def _measure_all(self, begin_ns: int, imus: ImuMemory) -> None:
         tracks = {name: track_of(ones, begin_ns) for name, ones in self._samples.items()}

@@ -27,6 +27,7 @@ from pose_core.filter.restart_cause import RestartCause
 from pose_core.filter.start_frames import StartFrames
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.step import StepResult
+from pose_core.filter.step_history import FilterStep, StepHistory
 from pose_core.filter.tracker_errors import MAX_STEP_S
 from pose_core.filter.tuning import FilterTuning
 from pose_core.finite_numbers import nan_mean
@@ -40,7 +41,6 @@ from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 MAX_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
 SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
 MAX_BRIDGED_S = 5.0  # [s] silence of all sensors after which aligned IMUs do not go on
-LATEST_S = 0.1  # [s] frames that are later are not used: their update would amplify errors of rates
 JUMP_BACK_S = JUMP_BACK_NS / NS_PER_S
 DIVERGED_SHARE = 0.5  # [-] of joints far from their prediction: the person is lost
 DIVERGED_NS = 250_000_000  # [ns] after which it is restarted
@@ -83,6 +83,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._facing = FacingCheck()
         self._crossed = CrossedLimbsCheck()
         self._start_frames = StartFrames(sensors)
+        self._history = StepHistory()
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
         self._mean_nis = CONSISTENT_NIS
@@ -142,19 +143,23 @@ class DefaultEstimator(StepwiseEstimator):
         """Run one filter step; the information of its update, None if there is no pose."""
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         self._start_frames.add(observation)
-        if not self._predict_or_start(observation, ahead_s):
+        is_late = self._filter.state is not None and -JUMP_BACK_S < ahead_s < 0.0
+        later = self._go_back(observation.stamp_ns) if is_late else []
+        if is_late and not later:
+            self.counters.add("frames_too_late")
             return None
-        # After a start, the state is at the observation's instant.
-        late_s = max((self._stamp_ns - observation.stamp_ns) / NS_PER_S, 0.0)
+        if not self._predict_or_start(observation, is_late):
+            return None
         information = self._no_information()
-        result = self._update_filter(observation, late_s, information)
+        result = self._update_filter(observation, is_late, information)
         if result is None:
             return None
         if self._has_diverged(observation, result) and not self._start(
             observation, RestartCause.DIVERGED
         ):
             return None
-        if -JUMP_BACK_S < ahead_s < 0.0:
+        if is_late:
+            self._repeat(later)
             self.counters.add("frames_late_but_used")
             return None
         since_s = max(min(ahead_s, 1.0), 0.0)
@@ -197,7 +202,41 @@ class DefaultEstimator(StepwiseEstimator):
         information[IMUS, links] = self._information[IMUS, links]
         return information
 
-    def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
+    def _go_back(self, stamp_ns: int) -> list[FilterStep]:
+        """Go back to the state before an instant; the steps after it, none if out of reach."""
+        later = self._history.after(stamp_ns)
+        if later:
+            self._filter.go_back(later[0].before)
+            self._stamp_ns = later[0].from_ns
+        return later
+
+    def _repeat(self, later: Sequence[FilterStep]) -> None:
+        """Repeat the steps after a late frame."""
+        for step in later:
+            if self._filter.state is None:
+                return
+            self._predict_to(step.stamp_ns)
+            for column, variance in step.heading_walks:
+                self._filter.state.P[column, column] += variance
+            information = self._no_information()
+            self._filter.update_with_imus(step.imus, information[IMUS])
+            for frame in step.frames:
+                if self._filter.state is not None:
+                    self._filter.update_with_frame(frame, information[CAMERAS])
+            self._information = information
+            self._history.finish(step.stamp_ns, step.heading_walks, step.imus, step.frames)
+        if self._filter.state is None:
+            self.counters.add(RestartCause.NUMERICAL.value)
+
+    def _predict_to(self, stamp_ns: int) -> None:
+        """Predict the filter to the instant of a step."""
+        assert self._filter.state is not None
+        self._history.begin(self._stamp_ns, self._filter.state)
+        if stamp_ns > self._stamp_ns:
+            self._filter.predict((stamp_ns - self._stamp_ns) / NS_PER_S)
+            self._stamp_ns = stamp_ns
+
+    def _predict_or_start(self, observation: Observation, is_late: bool) -> bool:
         """Predict the filter to an observation's instant, or start it there.
 
         Returns:
@@ -205,19 +244,14 @@ class DefaultEstimator(StepwiseEstimator):
         """
         if self._filter.state is None:
             return self._start(observation)
-        if -JUMP_BACK_S < ahead_s < -LATEST_S:
-            self.counters.add("frames_too_late")
-            return False
-        is_apart = ahead_s >= self.parameters.forget_after
+        ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         if ahead_s <= -JUMP_BACK_S:
             return self._start(observation, RestartCause.TIME_JUMP)
-        if is_apart:
+        if ahead_s >= self.parameters.forget_after and not is_late:
             has_imus = len(observation.imus) > 0 and self._has_aligned
             if not has_imus or ahead_s > MAX_BRIDGED_S:
                 return self._start(observation, RestartCause.GAP)
-        if ahead_s > 0.0:
-            self._filter.predict(ahead_s)
-            self._stamp_ns = observation.stamp_ns
+        self._predict_to(observation.stamp_ns)
         return True
 
     @property
@@ -249,29 +283,32 @@ class DefaultEstimator(StepwiseEstimator):
         self._alignments.restart()
         self._facing.restart()
         self._crossed.restart()
+        self._history.clear()
         self._stamp_ns = observation.stamp_ns
         self._diverged_since_ns = None
         return True
 
     def _update_filter(
-        self, observation: Observation, late_s: float, information: FloatArray
+        self, observation: Observation, is_late: bool, information: FloatArray
     ) -> StepResult | None:
         """Update the state with all measurements of an observation; None if this failed."""
         assert self._filter.state is not None
-        imus, is_late = observation.imus, late_s > 0.0
-        self._alignments.register(observation.stamp_ns, imus, self._filter.state)
+        imus, alignments_before = observation.imus, self._alignments.changes
+        walks: Sequence[tuple[int, float]] = ()
         if not is_late:
-            aligned = self._alignments.frame(imus)
-            if not self._filter.update_with_imus(aligned, information[IMUS]):
-                self.counters.add(RestartCause.NUMERICAL.value)
-                return None
-            self._information[IMUS] = information[IMUS]
+            walks = self._alignments.register(observation.stamp_ns, imus, self._filter.state)
+        aligned = self._alignments.frame(imus)
+        if not self._filter.update_with_imus(aligned, information[IMUS]):
+            self.counters.add(RestartCause.NUMERICAL.value)
+            return None
+        self._information[IMUS] = information[IMUS]
+        frames = []
         result = StepResult(True, 0, float("nan"), float("nan"))
         tracked = np.full_like(observation.positions, np.nan) if len(imus) else None
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
             if not any(joints) or not self._uses_cameras():
                 continue
-            frame, cause = self._frame(observation, sensor, late_s)
+            frame, cause = self._frame(observation, sensor)
             if cause and self._start_at(observation, nan_mean(observation.positions), cause):
                 self._alignments.restart(discard=True)
                 return result
@@ -279,6 +316,7 @@ class DefaultEstimator(StepwiseEstimator):
             if not result.is_finite:
                 self.counters.add(RestartCause.NUMERICAL.value)
                 return None
+            frames.append(frame)
             self.counters.add("limbs_turned_back", result.turned_back)
             self._information[CAMERAS] = information[CAMERAS]
             if tracked is not None:
@@ -287,10 +325,14 @@ class DefaultEstimator(StepwiseEstimator):
         if tracked is not None and not is_late:
             state = self._alignments.observe(observation, tracked, self._filter.state)
             self._filter.state = state
+        if self._alignments.changes == alignments_before:
+            self._history.finish(observation.stamp_ns, walks, aligned, frames)
+        else:
+            self._history.clear()
         return result
 
     def _frame(
-        self, observation: Observation, sensor: int, late_s: float
+        self, observation: Observation, sensor: int
     ) -> tuple[CameraFrame, RestartCause | None]:
         """One camera's frame with its swaps corrected; what is wrong with the state, or None."""
         assert self._filter.state is not None
@@ -299,7 +341,6 @@ class DefaultEstimator(StepwiseEstimator):
             np.ascontiguousarray(observation.positions[sensor]),
             np.ascontiguousarray(observation.tracking_state[sensor]),
             np.ascontiguousarray(observation.cameras[sensor]),
-            late_s,
         )
         frame, swaps = self._filter.undo_swaps(measured)
         self.counters.add("sides_swapped", swaps)

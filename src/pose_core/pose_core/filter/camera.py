@@ -1,17 +1,15 @@
 r"""Measurement model of a camera's joints.
 
-A frame of camera c, captured a time ``late`` before the filter's time (usually 0), measures the
-position of joint j at that time, with the view's slowly varying offset b:
+A frame of camera c measures the position of joint j, with the view's slowly varying offset b:
 
-.. math:: z_{cj} = p_j(t - \mathrm{late}) + R_z(\mathrm{heading})\,b_{cj} + d_{cj} + n, \quad
+.. math:: z_{cj} = p_j + R_z(\mathrm{heading})\,b_{cj} + d_{cj} + n, \quad
           p_j = p + \sum_l R_l\,(o_{jl} + s_{jl})
 
-The rotations are linearised with sigma points (``sigma_points``); everything else is linear. The
-Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. d is the error along the
-ray (``depth_errors``). The noise n is learnt from the views' differences (``view_noise``), and
-larger for inferred joints and under self-occlusion (``occlusion``). b contains an offset that all
-views share (``shared_offsets``); that of a limb's far joint is in the state, if the limb wears an
-IMU.
+The rotations are linearised with sigma points (``sigma_points``); everything else is linear. d is
+the error along the ray (``depth_errors``). The noise n is learnt from the views' differences
+(``view_noise``), and larger for inferred joints and under self-occlusion (``occlusion``). b
+contains an offset that all views share (``shared_offsets``); that of a limb's far joint is in the
+state, if the limb wears an IMU.
 """
 
 from typing import NamedTuple
@@ -34,7 +32,6 @@ from pose_core.kernels.joint_kinematics import (
     compute_joints,
     joint_jacobian,
 )
-from pose_core.kernels.rotations import rotate_left_all
 
 
 class CameraConstants(NamedTuple):
@@ -52,17 +49,14 @@ class CameraConstants(NamedTuple):
 def predict_view(
     constants: CameraConstants, state: FilterState, frame: CameraFrame
 ) -> PredictedView:
-    """Predict the joints at the time of a frame's capture, and their self-occlusion."""
+    """Predict the joints that a frame measures, and their self-occlusion."""
     pose, joints, links = state.pose, len(frame.positions), state.layout.links
-    rotations = np.empty_like(pose.rotations)
-    rotate_left_all(pose.rates, -frame.late_s, pose.rotations, rotations)
-    position = pose.position - frame.late_s * pose.velocity
     levers, positions = np.zeros((joints, links, 3)), np.empty((joints, 3))
-    compute_joints(constants.body, position, rotations, pose.slides, levers, positions)
+    compute_joints(constants.body, pose.position, pose.rotations, pose.slides, levers, positions)
     velocity, occlusion = np.empty((joints, 3)), np.empty(joints)
     compute_joint_velocities(constants.body, levers, pose.velocity, pose.rates, velocity)
     fill_occlusion(constants.capsules, positions, frame.camera, occlusion)
-    return PredictedView(positions, levers, velocity, rotations, occlusion)
+    return PredictedView(positions, levers, velocity, pose.rotations.copy(), occlusion)
 
 
 @compiled
@@ -91,8 +85,6 @@ def add_camera_rows(
         for axis in range(3):
             rows.noise[group, axis, axis] = variance
         linearise_joint(constants.body, joint, view.levers, state.P, H, shift, rows.noise[group])
-        if frame.late_s > 0.0:
-            H[:, layout.first_rate : layout.body_size] = -frame.late_s * H[:, : layout.first_slide]
         joint_residual(state, frame, joint, view.positions[joint] + shift, c, s, residual)
         column = state.shared.column[joint]
         if column != NO_COLUMN:

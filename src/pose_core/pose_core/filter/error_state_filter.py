@@ -94,6 +94,14 @@ class ErrorStateFilter:
         self._imus = NO_IMUS
         return True
 
+    def go_back(self, state: FilterState) -> None:
+        """Go back to an earlier state, which the filter keeps."""
+        np.copyto(self.delays_s, state.views.delay)
+        np.copyto(self._delay_sums, state.views.delay_sums)
+        self.state = state._replace(
+            views=state.views._replace(delay=self.delays_s, delay_sums=self._delay_sums)
+        )
+
     def predict(self, dt_s: float) -> None:
         """Advance the state by ``dt_s`` [s]."""
         assert self.state is not None

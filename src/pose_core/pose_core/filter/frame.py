@@ -19,7 +19,6 @@ class CameraFrame(NamedTuple):
     positions: FloatArray  # (joints, 3) [m] in map; NaN if not measured
     tracking_state: NDArray[np.uint8]  # (joints,)
     camera: FloatArray  # (3,) [m] position of the camera in map
-    late_s: float  # [s] by which its stamp is before the filter's time
 
 
 class PredictedView(NamedTuple):
@@ -28,7 +27,7 @@ class PredictedView(NamedTuple):
     positions: FloatArray  # (joints, 3) [m] in map
     levers: FloatArray  # (joints, links, 3) [m] lever arm of each link to each joint, in map
     velocity: FloatArray  # (joints, 3) [m/s]
-    rotations: FloatArray  # (links, 3, 3) R_map_link at the time of capture
+    rotations: FloatArray  # (links, 3, 3) R_map_link
     occlusion: FloatArray  # (joints,) [-] degree of self-occlusion, 0 to 1
 
 

@@ -62,6 +62,8 @@ class ImuAlignments:
         self._imus = WornImus(model, tuning.imu.spine_bend)
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._instants = 0
+        self.changes = 0
+        """Number of alignments added or dropped so far."""
         self.z_down: frozenset[str] = frozenset()
         """Segments whose IMU's reference frame has a z axis that points down (NED)."""
         self._observed_ns: int | None = None
@@ -104,15 +106,21 @@ class ImuAlignments:
                 worn.alignment.clear()
                 worn.former_alignment = None
 
-    def register(self, stamp_ns: int, imus: ImuMeasurements, state: FilterState) -> None:
+    def register(
+        self, stamp_ns: int, imus: ImuMeasurements, state: FilterState
+    ) -> list[tuple[int, float]]:
         """Register measurements; an IMU that slipped or restarted is realigned.
 
         Args:
             stamp_ns: The instant [ns].
             imus: Measurements of all IMUs.
             state: State of the filter before the update.
+
+        Returns:
+            The walks of headings that were added to P: columns, and variances [rad²].
         """
         self._instants += 1
+        walks = []
         for row, worn in self._imus.with_link(imus.segments):
             self._slip_as_known(stamp_ns, worn, state)
             if stamp_ns < worn.slipping_until_ns:
@@ -130,7 +138,8 @@ class ImuAlignments:
             if worn.use.is_aligned and worn.use.segment in imus.heading_walks:
                 walk = WALK_SHARE * (imus.heading_walks[worn.use.segment] - SOUND)
                 heading = state.imus.column[worn.link] + 3
-                state.P[heading, heading] += walk**2 * max(gap_ns, 0) / NS_PER_S
+                walks.append((int(heading), walk**2 * max(gap_ns, 0) / NS_PER_S))
+                state.P[heading, heading] += walks[-1][1]
             if (
                 gap_ns > RESTRAPPED_NS
                 or (gap_ns > RESTARTED_NS and not worn.knows_north)
@@ -140,6 +149,7 @@ class ImuAlignments:
                     worn.former_alignment = after_gap(self._alignment_of(worn, state), gap_ns)
                     worn.may_be_restrapped = gap_ns > RESTRAPPED_NS
                 self._exclude(worn, state)
+        return walks
 
     def frame(self, imus: ImuMeasurements) -> ImuFrame:
         """Measurements of the aligned IMUs for the filter."""
@@ -247,6 +257,7 @@ class ImuAlignments:
                 if found is None:
                     continue
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
+                self.changes += 1
                 covariance = COVARIANCE_FACTOR * found.covariance
                 state = with_imu(state, worn.link, found.R_sensor_link, found.heading, covariance)
                 if worn.segment in LIMB_ENDS:
@@ -335,6 +346,7 @@ class ImuAlignments:
 
     def _exclude(self, worn: WornImu, state: FilterState) -> None:
         """Exclude an IMU until it is realigned."""
+        self.changes += 1
         worn.use.is_aligned = False
         worn.alignment.clear()
         self._slips.forget(worn.segment)

@@ -100,8 +100,8 @@ def update_with_frame(
     """
     joints, posture_rows = len(frame.positions), most_posture_rows(constants.posture)
     columns, layout = len(state.P), state.layout
-    if frame.late_s == 0.0 and columns == layout.body_size:
-        columns = layout.first_rate  # only a late frame depends on rates
+    if columns == layout.body_size:
+        columns = layout.first_rate  # joints do not depend on rates
     rows = make_rows(3 * joints + posture_rows, joints + posture_rows, columns)
     view = predict_view(constants.camera, state, frame)
     add_camera_rows(constants.camera, state, frame, view, rows)

@@ -143,14 +143,3 @@ def transposed_product(A: FloatArray, B: FloatArray, out: FloatArray) -> None:
     for i in range(3):
         for j in range(3):
             out[i, j] = A[0, i] * B[0, j] + A[1, i] * B[1, j] + A[2, i] * B[2, j]
-
-
-@compiled_in_place
-def rotate_left_all(vectors: FloatArray, scale: float, R: FloatArray, out: FloatArray) -> None:
-    """exp(scale · v) R for many at once, shapes (n, 3) and (n, 3, 3); ``out`` is not R."""
-    for index in range(len(R)):
-        for i in range(3):
-            for k in range(3):
-                out[index, i, k] = R[index, i, k]
-        v = vectors[index]
-        rotate_left(scale * v[0], scale * v[1], scale * v[2], out[index])
