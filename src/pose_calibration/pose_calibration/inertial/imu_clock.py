@@ -225,7 +225,7 @@ def _over_time(
     starts = first + (last - first) / count * np.arange(count)
 
     def measure(start: float, near: float) -> MeasuredOffset | None:
-        window = _cut(views, start, max(WINDOW_S, every))
+        window = _cut(views, start, max(WINDOW_S, (last - first) / count))
         return measure_imu_window(window, verticals, near - TRACKER_DELAY_S)
 
     return measure_outwards(starts, _middle(views) - every, delay_s + TRACKER_DELAY_S, measure)

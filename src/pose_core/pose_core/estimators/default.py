@@ -38,6 +38,8 @@ from pose_core.joints import TrackingState
 from pose_core.kernels.published_state import CAMERAS, IMUS, PublishedState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
+SAME_INSTANT_S = 0.005  # [s] by which a frame may be late and be used as if it were not
+UNKEPT_S = 0.03  # [s] the same while the steps since are not kept, as before the first late frame
 MAX_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
 SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
 MAX_BRIDGED_S = 5.0  # [s] silence of all sensors after which aligned IMUs do not go on
@@ -144,10 +146,13 @@ class DefaultEstimator(StepwiseEstimator):
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         self._start_frames.add(observation)
         is_late = self._filter.state is not None and -JUMP_BACK_S < ahead_s < 0.0
-        later = self._go_back(observation.stamp_ns) if is_late else []
-        if is_late and not later:
-            self.counters.add("frames_too_late")
-            return None
+        later: Sequence[FilterStep] = ()
+        predicted_from = self._filter.predicted_from
+        if is_late and ahead_s < -SAME_INSTANT_S:
+            later = self._go_back(observation.stamp_ns)
+            if not later and ahead_s < -UNKEPT_S:
+                self.counters.add("frames_too_late")
+                return None
         if not self._predict_or_start(observation, is_late):
             return None
         information = self._no_information()
@@ -160,6 +165,7 @@ class DefaultEstimator(StepwiseEstimator):
             return None
         if is_late:
             self._repeat(later)
+            self._filter.predicted_from = predicted_from  # what is interpolated from
             self.counters.add("frames_late_but_used")
             return None
         since_s = max(min(ahead_s, 1.0), 0.0)
@@ -214,7 +220,7 @@ class DefaultEstimator(StepwiseEstimator):
         """Repeat the steps after a late frame."""
         for step in later:
             if self._filter.state is None:
-                return
+                break
             self._predict_to(step.stamp_ns)
             for column, variance in step.heading_walks:
                 self._filter.state.P[column, column] += variance
@@ -326,7 +332,7 @@ class DefaultEstimator(StepwiseEstimator):
             state = self._alignments.observe(observation, tracked, self._filter.state)
             self._filter.state = state
         if self._alignments.changes == alignments_before:
-            self._history.finish(observation.stamp_ns, walks, aligned, frames)
+            self._history.finish(self._stamp_ns, walks, aligned, frames)
         else:
             self._history.clear()
         return result

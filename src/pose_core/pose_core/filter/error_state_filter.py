@@ -54,7 +54,8 @@ class ErrorStateFilter:
         """None before the start, and after a result that is not finite."""
         self.delays_s = np.full(sensors, self._constants.tracker_errors.known_delay_s)
         """Estimated delay of each camera's tracker, (sensors,) [s]; a new start keeps it."""
-        self._before: tuple[float, Pose] | None = None  # interval of the last prediction [s]; pose
+        self.predicted_from: tuple[float, Pose] | None = None
+        """Time of the last prediction [s], and the pose before it: what is interpolated from."""
         self._delay_sums = np.zeros((sensors, len(self._tree.parents), 2))
         self._imus = NO_IMUS  # at the state's instant
         self._predict = type_specialised(predict)
@@ -105,7 +106,7 @@ class ErrorStateFilter:
     def predict(self, dt_s: float) -> None:
         """Advance the state by ``dt_s`` [s]."""
         assert self.state is not None
-        self._before = dt_s, Pose(*(each.copy() for each in self.state.pose))
+        self.predicted_from = dt_s, Pose(*(each.copy() for each in self.state.pose))
         self._predict(self._constants.motion, self.state, dt_s)
 
     def update_with_imus(self, imus: ImuFrame, information: FloatArray) -> bool:
@@ -178,9 +179,9 @@ class ErrorStateFilter:
         Returns:
             n rows; None without two states.
         """
-        if self.state is None or self._before is None:
+        if self.state is None or self.predicted_from is None:
             return None
-        interval_s, before = self._before
+        interval_s, before = self.predicted_from
         count = len(ages_s)
         repeated = np.empty((count, *information.shape))
         repeated[:] = information

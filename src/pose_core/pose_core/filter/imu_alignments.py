@@ -29,7 +29,7 @@ from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import MIN_UNKNOWN_HEADING_STDDEV, Alignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.slip_check import SlipCheck
-from pose_core.imu.z_down_vote import imus_to_turn_over
+from pose_core.imu.z_down_vote import MAX_VOTE, imus_to_turn_over
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
 
@@ -243,6 +243,7 @@ class ImuAlignments:
                 if worn.use.has_link:
                     self._exclude(worn, state)
                 self._discard_known(worn)
+                self.z_down -= {worn.use.segment}  # as found on the other's segment
                 self._imus.wear(worn.use.segment, there)
         if exchanged:
             self._exchanges = ExchangeCheck()  # its sums are of the former segments
@@ -256,7 +257,7 @@ class ImuAlignments:
                 found = self._aligned(worn, state)
                 if found is None:
                     continue
-                worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
+                worn.use.note_aligned(stamp_ns)
                 self.changes += 1
                 covariance = COVARIANCE_FACTOR * found.covariance
                 state = with_imu(state, worn.link, found.R_sensor_link, found.heading, covariance)
@@ -275,7 +276,10 @@ class ImuAlignments:
         for worn in upright.values():
             if not worn.use.is_aligned:
                 worn.alignment.compare_z_down()
-        leads = {segment: worn.alignment.z_down_lead for segment, worn in upright.items()}
+        leads = {
+            segment: -MAX_VOTE if worn.use.is_aligned else worn.alignment.z_down_lead
+            for segment, worn in upright.items()
+        }
         found = imus_to_turn_over(leads, self.z_down)
         for segment in found:
             worn = upright[segment]

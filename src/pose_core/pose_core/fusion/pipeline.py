@@ -290,8 +290,9 @@ class Pipeline:
             longest_gap_ns: Time between the observations up to which it is no gap [ns].
         """
         assert self._grid is not None
-        last_ns = self._runner.estimator.stamp_ns
-        if last_ns is not None and stamp_ns > last_ns:
+        last_ns, published_ns = self._runner.estimator.stamp_ns, self._grid.last_ns or 0
+        is_in_gap = last_ns is not None and last_ns < published_ns <= stamp_ns
+        if last_ns is not None and stamp_ns > last_ns and not is_in_gap:
             instants_ns = tuple(self._grid.before(last_ns + 1))
             self._runner.interpolate(instants_ns, self.newest_ns)
         if last_ns is None or stamp_ns > last_ns + longest_gap_ns:

@@ -80,7 +80,7 @@ class AttitudeAligner:
             return
         use, self._found[segment] = self._uses[segment], found
         if not use.is_aligned:
-            use.is_aligned, use.aligned_ns = True, stamp_ns
+            use.note_aligned(stamp_ns)
         use.note_variance(np.diag(found.covariance))
 
     def attitudes(self, imus: ImuMeasurements) -> dict[str, FloatArray]:

@@ -18,7 +18,8 @@ class ImuUse:
     has_moved: bool = False  # whether it has turned by 8° since it was first heard, or slipped
     is_aligned: bool = False
     start_ns: int = 0  # [ns] stamp of the first sample of any source
-    aligned_ns: int | None = None  # [ns] stamp since which it is used
+    first_ns: int | None = None  # [ns] stamp from which on it was used
+    aligned_ns: int | None = None  # [ns] stamp of its last alignment
     frames: int = 0  # also those without a sample of it
     frames_used: int = 0
     contradictions: int = 0  # times that it had slipped or did not fit, and was aligned again
@@ -31,6 +32,12 @@ class ImuUse:
     exchanged_with: str = ""  # the segment on which it is worn and used, if not its own
     refused: str = ""  # why the estimator cannot use it at all, and what to do
     remark: str = ""  # what is wrong with its samples, what is used instead, and its silences
+
+    def note_aligned(self, stamp_ns: int) -> None:
+        """Note that it is used from an instant [ns] on."""
+        self.is_aligned, self.aligned_ns = True, stamp_ns
+        if self.first_ns is None:
+            self.first_ns = stamp_ns
 
     def note_variance(self, variance: FloatArray) -> None:
         """Note the variances of its alignment and heading, (4,) [rad²]."""
@@ -74,10 +81,13 @@ class ImuUse:
         times = "once" if self.contradictions == 1 else f"{self.contradictions} times"
         anew = f"; aligned anew {times}: see its strap, and magnets"
         times_noise = f"{self.noise:.1f} times the usual noise"
-        noisy = f"; {times_noise}, so it counts less: see its strap and its clock"
-        since_s = ((self.aligned_ns or self.start_ns) - self.start_ns) / NS_PER_S
+        noisy = f"; {times_noise}, so it counts less: see its strap, its clock and its filter"
+        first_ns = self.first_ns or self.start_ns
+        since_s = (first_ns - self.start_ns) / NS_PER_S
+        last_s = ((self.aligned_ns or first_ns) - self.start_ns) / NS_PER_S
+        last = f" (aligned last at {last_s:.1f} s)" if last_s > since_s else ""
         return (
-            f"{self.segment}: used from {since_s:.1f} s on, {share}, "
+            f"{self.segment}: used from {since_s:.1f} s on{last}, {share}, "
             f"tilt known to {tilt:.1f}°, turn to {turn:.1f}°, heading to {heading:.1f}°"
             + (anew if self.contradictions else "")
             + (noisy if self.noise > NOISY else "")

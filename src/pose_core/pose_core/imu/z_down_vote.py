@@ -17,7 +17,8 @@ def imus_to_turn_over(leads: Mapping[str, float], turned: Set[str]) -> frozenset
     """Segments whose IMU is to be turned over.
 
     Args:
-        leads: Lead of the case that z points down in log-likelihood [-], of each other IMU.
+        leads: Lead of the case that z points down in log-likelihood [-], of each other IMU; a whole
+            vote against it of an aligned one.
         turned: Segments whose IMU has been turned over already; each is a whole vote.
     """
     votes = MAX_VOTE * len(turned)
