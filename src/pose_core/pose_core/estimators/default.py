@@ -328,7 +328,9 @@ class DefaultEstimator(StepwiseEstimator):
             if tracked is not None:
                 is_tracked = frame.tracking_state[:, None] == int(TrackingState.TRACKED)
                 np.copyto(tracked[sensor], frame.positions, where=is_tracked)
-        if tracked is not None and not is_late:
+        if tracked is not None and is_late:
+            self._alignments.add_to_slips(observation, tracked, self._filter.state)
+        elif tracked is not None:
             state = self._alignments.observe(observation, tracked, self._filter.state)
             self._filter.state = state
         if self._alignments.changes == alignments_before:

@@ -46,6 +46,11 @@ filter takes for noise; as measured on captured motion (docs/accuracy/imus.md)."
 WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return
 
 
+def with_segments(imus: ImuMeasurements, segments: tuple[str, ...]) -> ImuMeasurements:
+    """The measurements, named by other segments."""
+    return imus if segments == imus.segments else replace(imus, segments=segments)
+
+
 class ImuAlignments:
     """Aligns each IMU with its link and passes the aligned ones' measurements to the filter.
 
@@ -180,7 +185,8 @@ class ImuAlignments:
             state: State of the filter after the update with them.
         """
         stamp_ns, imus = observation.stamp_ns, observation.imus
-        self._add_to_checks(observation, tracked, state)
+        self._add_to_exchanges(observation, tracked)
+        self.add_to_slips(observation, tracked, state)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
@@ -207,18 +213,20 @@ class ImuAlignments:
             state = self._solve(stamp_ns, imus.segments, state)
         return state
 
-    def _add_to_checks(
-        self, observation: Observation, tracked: FloatArray, state: FilterState
-    ) -> None:
-        """Add one instant to the checks for exchanged IMUs and for slips."""
-        imus = observation.imus
+    def _add_to_exchanges(self, observation: Observation, tracked: FloatArray) -> None:
+        """Add one instant to the check for exchanged IMUs."""
         # Where the filter has exchanged sides, either the tracker or the IMUs are wrong.
         as_measured = np.where(tracked == observation.positions, tracked, np.nan)
-        carriers = self._imus.carriers(imus.segments)
-        as_worn = imus if carriers == imus.segments else replace(imus, segments=carriers)
-        moving = self._imus.moving(imus.segments)
-        as_moving = as_worn if moving == carriers else replace(imus, segments=moving)
+        moving = self._imus.moving(observation.imus.segments)
+        as_moving = with_segments(observation.imus, moving)
         self._exchanges.add(observation.stamp_ns, as_measured, as_moving)
+
+    def add_to_slips(
+        self, observation: Observation, tracked: FloatArray, state: FilterState
+    ) -> None:
+        """Add one instant, or a late frame, to the check for slips; see :meth:`observe`."""
+        imus = observation.imus
+        as_worn = with_segments(imus, self._imus.carriers(imus.segments))
         headings = np.full(len(imus), np.nan)  # of the aligned IMUs
         for row, worn in self._imus.with_link(imus.segments):
             if worn.use.is_aligned:

@@ -67,7 +67,7 @@ class SlipCheck:
         """Add one instant; the sums restart if there is a new IMU.
 
         Args:
-            stamp_ns: The instant [ns].
+            stamp_ns: The instant [ns]; that of a late frame is before the last one's.
             positions: Tracked joints by the cameras in map, with swapped sides exchanged,
                 (sensors, 15, 3) [m]; NaN otherwise.
             imus: The IMUs at that instant.
@@ -77,7 +77,7 @@ class SlipCheck:
         if is_new or len(positions) != len(self._last_ns):
             known = tuple(sorted({*self._row, *imus.segments}))
             self._restart(known, len(positions), stamp_ns)
-        if not 0 <= stamp_ns - self._bin_ns < BIN_NS:
+        if not -BIN_NS < stamp_ns - self._bin_ns < BIN_NS:
             self._begin_bin(stamp_ns)
             self._slipped = self._judge()
         due = [k for k, at_ns in enumerate(self._last_ns) if not 0 <= stamp_ns - at_ns < PERIOD_NS]
