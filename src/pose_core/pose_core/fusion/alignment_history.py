@@ -3,8 +3,8 @@
 The last estimate is the best one, unless the IMU has slipped. So each estimate is compared with the
 one ten seconds after the IMU's first. If they differ clearly, the IMU has slipped within the ten
 seconds before: within that time, a slip shows. What was estimated before them holds at the
-beginning, the last estimate after them, and in between the IMU is not to be used. A difference
-within the next ten seconds is no slip: the first estimates were wrong. A minute after the last IMU
+beginning, the last estimate after them, and in between the IMU is not to be used. If nothing was
+estimated before them but in the IMU's first five seconds, it is no slip: these were wrong. A minute after the last IMU
 was aligned, its estimate hardly improves any more.
 """
 
@@ -19,7 +19,8 @@ from pose_core.kernels.rotations import logarithm
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = NS_PER_S  # [ns] between two estimates that are compared
-SHOWS_NS = 10 * NS_PER_S  # [ns] within which a slip shows, and the first estimates settle
+SHOWS_NS = 10 * NS_PER_S  # [ns] within which a slip shows, and after which estimates are compared
+SETTLED_NS = 5 * NS_PER_S  # [ns] after an IMU's first estimate, which may be wrong
 COMPLETE_NS = 60 * NS_PER_S  # [ns] since the last IMU was aligned
 STDDEV = np.radians([3.3, 3.3, 6.0])
 """[rad] of an estimate about the segment's axes, in addition to its own; turns settle slowly."""
@@ -60,7 +61,7 @@ class AlignmentHistory:
                 if stamp_ns - own.first_ns >= SHOWS_NS:
                     own.reference = stamp_ns, alignment
             elif _differ(own.reference[1], alignment):
-                if own.recent[0][0] >= own.reference[0]:
+                if own.recent[0][0] >= own.first_ns + SETTLED_NS:
                     own.slip_shown_ns = stamp_ns
                     continue
                 own = self._estimates[segment] = as_now
