@@ -25,7 +25,6 @@ from pose_core.api import (
     series_from_samples,
 )
 from pose_core.arrays import FloatArray
-from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import nanoseconds
 from pose_io.bags import BagMessage, BagReader
@@ -78,7 +77,7 @@ class BagFrames:
         self._without_orientation: Counter[str] = Counter()  # samples by topic
         self._clock_steps = ClockSteps()
         self._progress = progress or (lambda _: None)
-        self.counters = Counters("frames", "malformed_frames", "imu", "imu_without_orientation")
+        self._malformed: dict[str, list[str]] = defaultdict(list)  # errors of frames, by topic
         self._readers = {topic: SkeletonReader(name) for topic, name in self._sensors.items()}
         topics = (*self._sensors, *self._imus)
         self._as_ours = {t for t in topics if bag.is_defined_as_ours(bag.topics[t].msgtype)}
@@ -110,6 +109,10 @@ class BagFrames:
             for topic, reader in self._readers.items()
             for fault, count in reader.faults.items()
         ]
+        lines += [
+            f"{topic}: {len(errors)} malformed frames left out, the first: {errors[0]}"
+            for topic, errors in self._malformed.items()
+        ]
         if self._without_orientation:
             topics = ", ".join(sorted(self._without_orientation))
             lines.append(
@@ -138,10 +141,7 @@ class BagFrames:
             for topic in self._sensors
             for place, persons in self._frames(topic, batch, places[topic])
         ]
-        frames = sorted((p, each) for p, each in found if not isinstance(each, InputError))
-        self.counters.add("frames", len(found))
-        self.counters.add("malformed_frames", len(found) - len(frames))
-        return frames, block, block_places
+        return sorted(found), block, block_places
 
     def _imu_rows(
         self, batch: list[BagMessage], places: Mapping[str, list[int]]
@@ -151,8 +151,6 @@ class BagFrames:
         datas = {s: self._bytes(topic, batch, own[topic]) for topic, s in self._imus.items()}
         block, rows = imu_block(datas)
         place = np.array([place for each in own.values() for place in each], np.intp)
-        self.counters.add("imu", len(place))
-        self.counters.add("imu_without_orientation", len(place) - len(rows))
         if len(rows) < len(place):
             topics = np.repeat(list(own), [len(each) for each in own.values()])
             self._without_orientation.update(np.delete(topics, rows).tolist())
@@ -175,10 +173,15 @@ class BagFrames:
 
     def _frames(
         self, topic: str, batch: list[BagMessage], places: list[int]
-    ) -> Iterable[tuple[int, Persons | InputError]]:
+    ) -> Iterable[tuple[int, Persons]]:
         datas = self._bytes(topic, batch, places)
-        found = list(zip(places, self._readers[topic].read(datas), strict=True))
-        full = [(p, each) for p, each in found if each and not isinstance(each, InputError)]
+        found: list[tuple[int, Persons]] = []
+        for place, persons in zip(places, self._readers[topic].read(datas), strict=True):
+            if isinstance(persons, InputError):
+                self._malformed[topic].append(str(persons))
+            else:
+                found.append((place, persons))
+        full = [(place, persons) for place, persons in found if persons]
         offsets_ns = self._clock_steps.offsets_ns(
             self._sensors[topic],
             [persons[0].stamp_ns for _, persons in full],
@@ -221,7 +224,6 @@ class BagSamples:
     ) -> None:
         self._frames = BagFrames(bag, progress, imus=imus)
         self._chosen = ChosenPerson(person, extrinsics)
-        self.counters = self._frames.counters
 
     @property
     def left_out(self) -> Sequence[str]:

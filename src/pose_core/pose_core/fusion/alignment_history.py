@@ -4,8 +4,8 @@ The last estimate is the best one, unless the IMU has slipped. So each estimate 
 one ten seconds after the IMU's first. If they differ clearly, the IMU has slipped within the ten
 seconds before: within that time, a slip shows. What was estimated before them holds at the
 beginning, the last estimate after them, and in between the IMU is not to be used. If nothing was
-estimated before them but in the IMU's first five seconds, it is no slip: these were wrong. A minute after the last IMU
-was aligned, its estimate hardly improves any more.
+estimated before them but in the IMU's first five seconds, it is no slip: these were wrong. A minute
+after the last IMU was aligned, its estimate hardly improves any more.
 """
 
 from collections import deque
