@@ -15,7 +15,7 @@ IMU = "sensor_msgs/msg/Imu"
 IN_CAMERA = re.compile(r"(?:^|/)kinect_\w+/")
 IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
 BODY_TOPIC = re.compile(rf"{BODIES}(?P<body>[^/]+)/(?P<leaf>\w+)$")
-OTHER_BODY = re.compile(r"person_\d+")
+OTHER_ID = re.compile(r"person_\d+")
 
 
 def sensor_topics(bag: "BagReader") -> dict[str, str]:
@@ -87,7 +87,7 @@ def body_topic(bag: "BagReader", leaf: str, body: str = "", namespace: str = "")
     if body:
         return found.get(body)
     # Among several persons, the subject is the one not named person_<number>.
-    subject = sorted(found, key=lambda name: bool(OTHER_BODY.fullmatch(name)))
+    subject = sorted(found, key=lambda name: bool(OTHER_ID.fullmatch(name)))
     return found[subject[0]] if subject else None
 
 

@@ -34,6 +34,7 @@ from pose_core.api import (
     Extrinsics,
     SkeletonSample,
     on_reference_clock,
+    reference_delay_s,
 )
 from pose_core.filter.tracker_errors import MAX_DELAY_S, MIN_DELAY_S
 from pose_core.stamps import NS_PER_S
@@ -63,12 +64,14 @@ class ImuFindings:
     gravity: Gravity | None  # None if the upright body is as certain
 
 
-def is_clocks(offset_s: float, stddev_s: float) -> bool:
+def is_clocks(offset_s: float, stddev_s: float, clocks: Clocks) -> bool:
     """Whether an offset of the IMUs' clock [s] is outside the range of trackers' delays.
 
-    Trackers that seem early by no more than the measurement's error are in time.
+    Trackers that seem early by no more than the measurement's error are in time. The reference's
+    is late by what the other cameras' ``clocks`` tell.
     """
-    earliest_s = MIN_DELAY_S - min(EARLY_DEVIATIONS * stddev_s, MAX_EARLY_S)
+    earliest_s = MIN_DELAY_S + reference_delay_s(clocks)
+    earliest_s -= min(EARLY_DEVIATIONS * stddev_s, MAX_EARLY_S)
     return not earliest_s <= TRACKER_DELAY_S - offset_s <= MAX_DELAY_S
 
 
@@ -109,7 +112,7 @@ def imu_findings(
         )
         for segment, own in apart.items()
     }
-    if is_clocks(offset_s, delay.stddev_s):
+    if is_clocks(offset_s, delay.stddev_s, extrinsics.clocks):
         measured = _over_time(views, verticals, delay.estimate_s)
         if measured:
             clocks[IMUS] = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S)

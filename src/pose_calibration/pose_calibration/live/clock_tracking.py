@@ -200,7 +200,7 @@ class ClockTracker:
         if offset is None:
             return
         clock = self._clock(IMUS, offset, begin_ns, TRACKER_LAG_STDDEV_S)
-        if is_clocks(clock.offset_ns / NS_PER_S, offset.stddev_s):
+        if is_clocks(clock.offset_ns / NS_PER_S, offset.stddev_s, self.clocks):
             self.clocks[IMUS] = clock
         else:
             self.clocks.pop(IMUS, None)

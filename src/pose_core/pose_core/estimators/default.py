@@ -27,7 +27,7 @@ from pose_core.filter.restart_cause import RestartCause
 from pose_core.filter.start_frames import StartFrames
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.step import StepResult
-from pose_core.filter.step_history import FilterStep, StepHistory
+from pose_core.filter.step_history import KeptStep, StepHistory
 from pose_core.filter.tracker_errors import MAX_STEP_S
 from pose_core.filter.tuning import FilterTuning
 from pose_core.finite_numbers import nan_mean
@@ -146,7 +146,7 @@ class DefaultEstimator(StepwiseEstimator):
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         self._start_frames.add(observation)
         is_late = self._filter.state is not None and -JUMP_BACK_S < ahead_s < 0.0
-        later: Sequence[FilterStep] = ()
+        later: Sequence[KeptStep] = ()
         predicted_from = self._filter.predicted_from
         if is_late and ahead_s < -SAME_INSTANT_S:
             later = self._go_back(observation.stamp_ns)
@@ -208,7 +208,7 @@ class DefaultEstimator(StepwiseEstimator):
         information[IMUS, links] = self._information[IMUS, links]
         return information
 
-    def _go_back(self, stamp_ns: int) -> list[FilterStep]:
+    def _go_back(self, stamp_ns: int) -> list[KeptStep]:
         """Go back to the state before an instant; the steps after it, none if out of reach."""
         later = self._history.after(stamp_ns)
         if later:
@@ -216,7 +216,7 @@ class DefaultEstimator(StepwiseEstimator):
             self._stamp_ns = later[0].from_ns
         return later
 
-    def _repeat(self, later: Sequence[FilterStep]) -> None:
+    def _repeat(self, later: Sequence[KeptStep]) -> None:
         """Repeat the steps after a late frame."""
         for step in later:
             if self._filter.state is None:

@@ -197,7 +197,7 @@ class ImuAlignments:
                 if is_contradicted(worn, self._imus, self._model.parents, state):
                     self._exclude_contradicted(worn, state)
             elif stamp_ns < worn.slipping_until_ns:
-                self._exchanges = ExchangeCheck()  # its sums are of two alignments
+                self._restart_exchanges()
             else:
                 first = rotation_column(worn.link)
                 block = slice(first, first + 3)
@@ -254,13 +254,13 @@ class ImuAlignments:
                 self.z_down -= {worn.use.segment}  # as found on the other's segment
                 self._imus.wear(worn.use.segment, there)
         if exchanged:
-            self._exchanges = ExchangeCheck()  # its sums are of the former segments
+            self._restart_exchanges()
         self._find_z_down(state)
         slipped = self._slips.slipped
         for _, worn in self._imus.with_link(segments):
             if worn.segment in slipped:
                 self._discard(worn, state)
-                self._exchanges = ExchangeCheck()  # its sums are of two alignments
+                self._restart_exchanges()
             if not worn.use.is_aligned:
                 found = self._aligned(worn, state)
                 if found is None:
@@ -297,7 +297,7 @@ class ImuAlignments:
             self._discard_known(worn)
         if found:
             self.z_down |= found
-            self._exchanges = ExchangeCheck()  # its sums are of the former orientations
+            self._restart_exchanges()
 
     def _aligned(self, worn: WornImu, state: FilterState) -> Alignment | None:
         """The alignment of an IMU, with its known one, or without that if it fails."""
@@ -340,7 +340,11 @@ class ImuAlignments:
             self._exclude(each, state)
             self._discard_known(each)
             self._imus.wear(each.use.segment, each.use.segment)
-        self._exchanges = ExchangeCheck()  # its sums are of the former segments
+        self._restart_exchanges()
+
+    def _restart_exchanges(self) -> None:
+        """Restart the check for exchanged IMUs: its sums are of how they were worn before."""
+        self._exchanges = ExchangeCheck()
 
     def _discard_known(self, worn: WornImu) -> None:
         """Discard what is known of an IMU's alignment before it is aligned."""

@@ -17,7 +17,7 @@ from pose_core.stamps import NS_PER_S
 REACH_NS = NS_PER_S // 5  # [ns] of the steps kept; frames that come later are not used
 
 
-class FilterStep(NamedTuple):
+class KeptStep(NamedTuple):
     """What one step has done: enough to repeat it."""
 
     from_ns: int  # instant of the state before it [ns]
@@ -33,7 +33,7 @@ class StepHistory:
 
     def __init__(self) -> None:
         self._is_kept = False
-        self._steps: deque[FilterStep] = deque()
+        self._steps: deque[KeptStep] = deque()
         self._begun: tuple[int, FilterState] | None = None
 
     def begin(self, from_ns: int, state: FilterState) -> None:
@@ -51,7 +51,7 @@ class StepHistory:
         """Keep what the step has done."""
         if self._begun is None:
             return
-        self._steps.append(FilterStep(*self._begun, stamp_ns, heading_walks, imus, frames))
+        self._steps.append(KeptStep(*self._begun, stamp_ns, heading_walks, imus, frames))
         self._begun = None
         while self._steps[0].stamp_ns < stamp_ns - REACH_NS:
             self._steps.popleft()
@@ -61,12 +61,12 @@ class StepHistory:
         self._steps.clear()
         self._begun = None
 
-    def after(self, stamp_ns: int) -> list[FilterStep]:
+    def after(self, stamp_ns: int) -> list[KeptStep]:
         """Remove and return the steps later than an instant; none if it is before them all."""
         self._is_kept = True
         if not self._steps or stamp_ns < self._steps[0].from_ns:
             return []
-        later: list[FilterStep] = []
+        later: list[KeptStep] = []
         while self._steps and self._steps[-1].stamp_ns > stamp_ns:
             later.insert(0, self._steps.pop())
         return later

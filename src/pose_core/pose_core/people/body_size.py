@@ -39,7 +39,7 @@ MAX_KEPT = 256  # [-] measurements of a sensor; beyond, every other one goes
 SHAPE_BONES = 8
 JUDGED_MEASUREMENTS = 60  # [-] measurements before given measures are judged
 MIN_SHAPE_BONES = 6  # [-]
-OTHER_BODY = 0.1  # [-] of the lengths, by which measures are somebody else's
+OTHER_PERSON = 0.1  # [-] of the lengths, by which measures are somebody else's
 _START, _END = (np.array([JOINT_INDEX[pair[i]] for pair in BONES]) for i in (0, 1))
 
 
@@ -182,4 +182,4 @@ def is_of_size(size: BodySize, shape: BodyShape) -> bool | None:
     difference = difference[np.isfinite(difference)]
     if size.measurements < JUDGED_MEASUREMENTS or len(difference) < MIN_SHAPE_BONES:
         return None
-    return bool(abs(np.median(difference)) < OTHER_BODY)
+    return bool(abs(np.median(difference)) < OTHER_PERSON)

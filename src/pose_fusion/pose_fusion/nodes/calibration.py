@@ -43,7 +43,7 @@ from pose_node.nodes.steady_timer import steady_timer
 FRAMES_QOS = sensor_data(100)
 IMU_QOS = sensor_data(250)
 PERIOD_S = 0.1  # [s] between reads of all samples, which are not urgent
-GIVEN = 100  # [-] latched messages on /tf_static, of several publishers
+TF_STATIC_QUEUE = 100  # [-] latched messages on /tf_static, of several publishers
 EVERY_OTHER = 2  # [-] IMU sample is used; 50 of 100 Hz suffice
 
 
@@ -112,7 +112,9 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             self._publish(self.calibration.extrinsics)
         elif self.settings.keep_given:
             self._given = StaticTransforms()
-            self.create_subscription(TFMessage, "tf_static", self._on_tf_static, latched(GIVEN))
+            self.create_subscription(
+                TFMessage, "tf_static", self._on_tf_static, latched(TF_STATIC_QUEUE)
+            )
 
     def _on_tf_static(self, message: TFMessage) -> None:
         """Keep to the poses that another node publishes, until some are found here."""

@@ -19,7 +19,7 @@ from pose_io.names import WORLD_FRAME
 METRES = 3  # number of leading degrees of freedom that are lengths
 
 
-def csv_text(motion: BodyMotion) -> str:
+def motion_csv(motion: BodyMotion) -> str:
     """One row per instant; each column's name ends in its unit.
 
     ``stamp_ns``, ``time_s``; every degree of freedom and its standard deviation; joint positions;
@@ -106,7 +106,7 @@ def _continuous(quaternions: FloatArray) -> FloatArray:
 
 CSV = Exporter(
     doc="angles, joints and segments, for spreadsheets",
-    content=lambda motion, _: csv_text(motion).encode(),
+    content=lambda motion, _: motion_csv(motion).encode(),
     constant_rate=False,
     unknown_angles="their cells are empty",
 )
