@@ -155,7 +155,7 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
         if not self._predict_or_start(observation, is_late):
             return None
-        information = self._no_information()
+        information, alignments_before = self._no_information(), self._alignments.changes
         result = self._update_filter(observation, is_late, information)
         if result is None:
             return None
@@ -164,7 +164,8 @@ class DefaultEstimator(StepwiseEstimator):
         ):
             return None
         if is_late:
-            self._repeat(later)
+            if self._alignments.changes == alignments_before:  # otherwise it has restarted
+                self._repeat(later)
             self._filter.predicted_from = predicted_from  # what is interpolated from
             self.counters.add("frames_late_but_used")
             return None

@@ -68,7 +68,7 @@ class ImuAlignments:
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._instants = 0
         self.changes = 0
-        """Number of alignments added or dropped so far."""
+        """How often alignments have been added or dropped so far."""
         self.z_down: frozenset[str] = frozenset()
         """Segments whose IMU's reference frame has a z axis that points down (NED)."""
         self._observed_ns: int | None = None
@@ -103,6 +103,7 @@ class ImuAlignments:
         Args:
             discard: Whether to discard the measurements, which were of a wrong state.
         """
+        self.changes += 1
         self._observed_ns = None
         self._slips = SlipCheck()
         for worn in self._imus:
