@@ -3,9 +3,10 @@
 The last estimate is the best one, unless the IMU has slipped. So each estimate is compared with the
 one ten seconds after the IMU's first. If they differ clearly, the IMU has slipped within the ten
 seconds before: within that time, a slip shows. What was estimated before them holds at the
-beginning, the last estimate after them, and in between the IMU is not to be used. If nothing was
-estimated before them but in the IMU's first five seconds, it is no slip: these were wrong. A minute
-after the last IMU was aligned, its estimate hardly improves any more.
+beginning, the last estimate after them, and in between the IMU is not to be used. A difference
+within the next ten seconds is no slip, unless the IMU has been aligned anew and its estimates had
+settled before, five seconds after the first: otherwise these were wrong. A minute after the last
+IMU was aligned, its estimate hardly improves any more.
 """
 
 from collections import deque
@@ -21,6 +22,7 @@ from pose_core.stamps import NS_PER_S
 PERIOD_NS = NS_PER_S  # [ns] between two estimates that are compared
 SHOWS_NS = 10 * NS_PER_S  # [ns] within which a slip shows, and after which estimates are compared
 SETTLED_NS = 5 * NS_PER_S  # [ns] after an IMU's first estimate, which may be wrong
+DROPPED_NS = 3 * PERIOD_NS // 2  # [ns] without an estimate: it has been aligned anew
 COMPLETE_NS = 60 * NS_PER_S  # [ns] since the last IMU was aligned
 STDDEV = np.radians([3.3, 3.3, 6.0])
 """[rad] of an estimate about the segment's axes, in addition to its own; turns settle slowly."""
@@ -61,7 +63,9 @@ class AlignmentHistory:
                 if stamp_ns - own.first_ns >= SHOWS_NS:
                     own.reference = stamp_ns, alignment
             elif _differ(own.reference[1], alignment):
-                if own.recent[0][0] >= own.first_ns + SETTLED_NS:
+                was_dropped = stamp_ns - own.recent[-1][0] > DROPPED_NS
+                least_ns = own.first_ns + SETTLED_NS if was_dropped else own.reference[0]
+                if own.recent[0][0] >= least_ns:
                     own.slip_shown_ns = stamp_ns
                     continue
                 own = self._estimates[segment] = as_now
