@@ -77,7 +77,8 @@ class BagFrames:
         self._without_orientation: Counter[str] = Counter()  # samples by topic
         self._clock_steps = ClockSteps()
         self._progress = progress or (lambda _: None)
-        self._malformed: dict[str, list[str]] = defaultdict(list)  # errors of frames, by topic
+        self._malformed: Counter[str] = Counter()  # frames by topic
+        self._first_errors: dict[str, str] = {}  # of these, by topic
         self._readers = {topic: SkeletonReader(name) for topic, name in self._sensors.items()}
         topics = (*self._sensors, *self._imus)
         self._as_ours = {t for t in topics if bag.is_defined_as_ours(bag.topics[t].msgtype)}
@@ -110,8 +111,8 @@ class BagFrames:
             for fault, count in reader.faults.items()
         ]
         lines += [
-            f"{topic}: {len(errors)} malformed frames left out, the first: {errors[0]}"
-            for topic, errors in self._malformed.items()
+            f"{topic}: {count} malformed frames left out, the first: {self._first_errors[topic]}"
+            for topic, count in self._malformed.items()
         ]
         if self._without_orientation:
             topics = ", ".join(sorted(self._without_orientation))
@@ -178,7 +179,8 @@ class BagFrames:
         found: list[tuple[int, Persons]] = []
         for place, persons in zip(places, self._readers[topic].read(datas), strict=True):
             if isinstance(persons, InputError):
-                self._malformed[topic].append(str(persons))
+                self._malformed[topic] += 1
+                self._first_errors.setdefault(topic, str(persons))
             else:
                 found.append((place, persons))
         full = [(place, persons) for place, persons in found if persons]

@@ -153,7 +153,7 @@ class DefaultEstimator(StepwiseEstimator):
             if not later and ahead_s < -UNKEPT_S:
                 self.counters.add("frames_too_late")
                 return None
-        if not self._predict_or_start(observation, is_late):
+        if not self._predict_or_start(observation):
             return None
         information, alignments_before = self._no_information(), self._alignments.changes
         result = self._update_filter(observation, is_late, information)
@@ -211,7 +211,7 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _go_back(self, stamp_ns: int) -> list[KeptStep]:
         """Go back to the state before an instant; the steps after it, none if out of reach."""
-        later = self._history.after(stamp_ns)
+        later = self._history.take_after(stamp_ns)
         if later:
             self._filter.go_back(later[0].before)
             self._stamp_ns = later[0].from_ns
@@ -243,7 +243,7 @@ class DefaultEstimator(StepwiseEstimator):
             self._filter.predict((stamp_ns - self._stamp_ns) / NS_PER_S)
             self._stamp_ns = stamp_ns
 
-    def _predict_or_start(self, observation: Observation, is_late: bool) -> bool:
+    def _predict_or_start(self, observation: Observation) -> bool:
         """Predict the filter to an observation's instant, or start it there.
 
         Returns:
@@ -254,7 +254,7 @@ class DefaultEstimator(StepwiseEstimator):
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         if ahead_s <= -JUMP_BACK_S:
             return self._start(observation, RestartCause.TIME_JUMP)
-        if ahead_s >= self.parameters.forget_after and not is_late:
+        if ahead_s >= self.parameters.forget_after:
             has_imus = len(observation.imus) > 0 and self._has_aligned
             if not has_imus or ahead_s > MAX_BRIDGED_S:
                 return self._start(observation, RestartCause.GAP)

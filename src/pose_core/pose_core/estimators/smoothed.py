@@ -59,8 +59,8 @@ class SmoothedEstimator(DefaultEstimator):
             self._process(self._waiting.pop(0))
         return self._publish_until(self._steps[-1].stamp_ns) if self._steps else []
 
-    def _predict_or_start(self, observation: Observation, is_late: bool) -> bool:
-        is_used = super()._predict_or_start(observation, is_late)
+    def _predict_or_start(self, observation: Observation) -> bool:
+        is_used = super()._predict_or_start(observation)
         if is_used and self._filter.state is not None:
             self._before_update = self._filter.state.copy()
         return is_used

@@ -61,7 +61,7 @@ class StepHistory:
         self._steps.clear()
         self._begun = None
 
-    def after(self, stamp_ns: int) -> list[KeptStep]:
+    def take_after(self, stamp_ns: int) -> list[KeptStep]:
         """Remove and return the steps later than an instant; none if it is before them all."""
         self._is_kept = True
         if not self._steps or stamp_ns < self._steps[0].from_ns:
