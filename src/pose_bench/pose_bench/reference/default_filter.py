@@ -32,7 +32,7 @@ from pose_core.filter.constants import FilterConstants
 from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import ImuFrame
 from pose_core.filter.posture import OPPOSITE
-from pose_core.filter.state import FilterState
+from pose_core.filter.state import FilterState, LinkImus
 from pose_core.filter.step import StepResult
 from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINTS
@@ -72,6 +72,7 @@ class ReferenceFilter:
         scale = np.ones(len(P))
         scale[3:slides] = np.minimum(1.0, MAX_STDDEV / np.sqrt(np.diag(P)[3:slides]))
         state.P[:] = np.outer(scale, scale) * P
+        self._predict_headings(dt_s)
         error = np.zeros(len(P))
         error[:3] = rate_time_s * state.pose.velocity
         error[3:slides] = rate_time_s * state.pose.rates.ravel()
@@ -143,10 +144,23 @@ class ReferenceFilter:
         Q[place, rate] = Q[rate, place] = dt_s**2 / 2.0 * shared
         for i in range(slides, velocity):
             Q[i, i] = motion.slide_variance[(i - slides) // 3] * (1.0 - keep_slide**2)
-        walk = [*3 * [motion.alignment_walk], motion.heading_walk]
         for own in state.imus.column[state.imus.column >= 0]:
-            Q[own : own + 4, own : own + 4] = dt_s * np.diag(walk)
+            Q[own : own + 3, own : own + 3] = dt_s * motion.alignment_walk * np.eye(3)
         return Q
+
+    def _predict_headings(self, dt_s: float) -> None:
+        """Advance each IMU's heading together with its drift."""
+        state, imus, motion = self.state, self.state.imus, self.constants.motion
+        F = np.array([[1.0, dt_s], [0.0, 1.0]])
+        noise = dt_s * np.diag([motion.heading_walk, motion.heading_drift_walk])
+        for link in np.flatnonzero(imus.column >= 0):
+            own = imus.column[link] + 3
+            imus.heading[link], imus.drift[link] = F @ [imus.heading[link], imus.drift[link]]
+            shared = imus.drift_covariance[link]
+            before = np.array([[state.P[own, own], shared], [shared, imus.drift_variance[link]]])
+            (state.P[own, own], imus.drift_covariance[link]), (_, imus.drift_variance[link]) = (
+                F @ before @ F.T + noise
+            )
 
     def _estimate_shared_offsets(self, view: PlainView) -> None:
         """Update the mean of the waist; a common rotation of both lines is taken as an offset."""
@@ -235,10 +249,24 @@ def robust_update(
         for own, group in zip(rows, groups, strict=True):
             reweight(group, mahalanobis(left[own], group.noise))
     rest = np.eye(len(P)) - K @ H
-    state.P[:] = rest @ P @ rest.T + K @ (R + np.outer(c, c)) @ K.T
+    posterior = rest @ P @ rest.T + K @ (R + np.outer(c, c)) @ K.T
+    update_drifts(state.imus, np.diag(P), np.diag(posterior), K @ residual)
+    state.P[:] = posterior
     inject_error(state, K @ residual)
     gain = np.linalg.solve(S, c)
     return float(gain @ residual), float(1.0 - gain @ c)
+
+
+def update_drifts(imus: LinkImus, before: FloatArray, after: FloatArray, error: FloatArray) -> None:
+    """Update the headings' drifts, of which only the headings tell; variances of all, (n,)."""
+    for link in np.flatnonzero(imus.column >= 0):
+        own = imus.column[link] + 3
+        if before[own] > 0.0:
+            slope = imus.drift_covariance[link] / before[own]
+            apart = imus.drift_variance[link] - slope * imus.drift_covariance[link]
+            imus.drift[link] += slope * error[own]
+            imus.drift_variance[link] = apart + slope**2 * after[own]
+            imus.drift_covariance[link] = slope * after[own]
 
 
 def mahalanobis(values: FloatArray, covariance: FloatArray) -> float:

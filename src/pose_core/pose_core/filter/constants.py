@@ -90,6 +90,7 @@ def _motion(tree: SegmentTree, tuning: FilterTuning) -> MotionConstants:
         offset_variance=tuning.camera.offset_stddev**2,
         alignment_walk=tuning.imu.alignment_walk**2,
         heading_walk=tuning.imu.heading_walk**2,
+        heading_drift_walk=tuning.imu.heading_drift_walk**2,
     )
 
 

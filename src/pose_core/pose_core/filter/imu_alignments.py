@@ -18,7 +18,13 @@ from pose_core.filter.imu_state import (
     north_of,
 )
 from pose_core.filter.layout import rotation_column
-from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu, with_shared_offset
+from pose_core.filter.state import (
+    IMU_STATES,
+    FilterState,
+    forget_imu,
+    with_imu,
+    with_shared_offset,
+)
 from pose_core.filter.tuning import FilterTuning
 from pose_core.filter.worn_imus import WornImu, WornImus
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
@@ -276,6 +282,7 @@ class ImuAlignments:
             column = int(state.imus.column[worn.link])
             filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
             worn.use.noise = float(state.imus.noise[worn.link])
+            worn.use.heading_drift = float(state.imus.drift[worn.link])
             worn.use.note_variance(filtered + SYSTEMATIC_STDDEV**2)
         return state
 
@@ -367,11 +374,7 @@ class ImuAlignments:
         worn.use.is_aligned = False
         worn.alignment.clear()
         self._slips.forget(worn.segment)
-        column = int(state.imus.column[worn.link])
-        if column != NO_COLUMN:
-            own = slice(column, column + IMU_STATES)
-            state.P[own, :] = 0.0
-            state.P[:, own] = 0.0
+        forget_imu(state, worn.link)
 
     def _alignment_of(self, worn: WornImu, state: FilterState) -> SensorToSegment:
         is_down = worn.use.segment in self.z_down

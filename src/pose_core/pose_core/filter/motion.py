@@ -11,6 +11,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.depth_errors import predict_depth_errors
+from pose_core.filter.heading_drift import predict_headings
 from pose_core.filter.layout import Layout, rotation_column
 from pose_core.filter.state import NO_COLUMN, FilterState, Pose
 from pose_core.kernels.compiling import compiled, compiled_in_place
@@ -31,6 +32,7 @@ class MotionConstants(NamedTuple):
     offset_variance: float  # [m²]
     alignment_walk: float  # [rad²/s]
     heading_walk: float  # [rad²/s]
+    heading_drift_walk: float  # [rad²/s³]
 
 
 @compiled
@@ -42,6 +44,7 @@ def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None
     predict_mean(pose, keep, rate_time_s, keep_slide)
     transform_covariance(P, state.layout, keep, rate_time_s, keep_slide)
     add_process_noise(constants, state, dt_s, keep_slide)
+    predict_headings(state, constants.heading_walk, constants.heading_drift_walk, dt_s)
     bound_rotations(P, state.layout)
     keep_offset = np.exp(-dt_s / constants.offset_memory_s)
     predict_depth_errors(dt_s, state)
@@ -127,7 +130,6 @@ def add_process_noise(
         if own != NO_COLUMN:
             for i in range(own, own + 3):
                 P[i, i] += constants.alignment_walk * dt_s
-            P[own + 3, own + 3] += constants.heading_walk * dt_s
 
 
 @compiled_in_place

@@ -54,6 +54,9 @@ class LinkImus(NamedTuple):
 
     R_sensor_link: FloatArray  # (links, 3, 3) its sensor-to-segment rotation
     heading: FloatArray  # (links,) [rad] of its reference frame in map, about z
+    drift: FloatArray  # (links,) [rad/s] of the heading, see pose_core.filter.heading_drift
+    drift_variance: FloatArray  # (links,) [rad²/s²]
+    drift_covariance: FloatArray  # (links,) [rad²/s] with the heading
     column: NDArray[np.int64]  # (links,) first column of its error, or NO_COLUMN
     is_used: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
     noise: FloatArray  # (links,) [-] factor of its standard deviations, see imu_noise
@@ -155,6 +158,9 @@ def start_state(
         imus=LinkImus(
             R_sensor_link=np.tile(np.eye(3), (links, 1, 1)),
             heading=np.zeros(links),
+            drift=np.zeros(links),
+            drift_variance=np.full(links, tuning.imu.heading_drift**2),
+            drift_covariance=np.zeros(links),
             column=np.full(links, NO_COLUMN, np.int64),
             is_used=np.zeros(links, np.bool_),
             noise=np.ones(links),
@@ -194,13 +200,22 @@ def with_imu(
         column = len(state.P)
         state.imus.column[link] = column
         state = _grown(state, IMU_STATES)
+    forget_imu(state, link)
     own = slice(column, column + IMU_STATES)
-    state.P[own, :] = 0.0
-    state.P[:, own] = 0.0
     state.P[own, own] = covariance
     state.imus.R_sensor_link[link] = R_sensor_link
     state.imus.heading[link] = heading
     return state
+
+
+def forget_imu(state: FilterState, link: int) -> None:
+    """Forget what is known of the alignment of a link's IMU, if it has one; its drift remains."""
+    column = int(state.imus.column[link])
+    if column != NO_COLUMN:
+        own = slice(column, column + IMU_STATES)
+        state.P[own, :] = 0.0
+        state.P[:, own] = 0.0
+        state.imus.drift_covariance[link] = 0.0
 
 
 def with_shared_offset(state: FilterState, joint: int, variance: float) -> FilterState:

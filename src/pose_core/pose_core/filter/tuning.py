@@ -107,6 +107,8 @@ class ImuNoise:
     )
     alignment_walk: float = 0.0006  # [rad/√s]
     heading_walk: float = 0.006  # [rad/√s]
+    heading_drift: float = 0.005  # [rad/s] of a gyroscope's bias without a magnetometer
+    heading_drift_walk: float = 0.0001  # [rad/s/√s]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.arrays import FloatArray
+from pose_core.filter.heading_drift import heading_variances, update_drifts
 from pose_core.filter.rows import NORMAL, Rows
 from pose_core.filter.state import FilterState, inject_error
 from pose_core.kernels.cholesky import factorise, solve_lower, solve_vector
@@ -92,8 +93,10 @@ def robust_update(constants: UpdateConstants, state: FilterState, rows: Rows) ->
     )
     if not is_finite:
         return result
+    before = heading_variances(state)
     solve_lower(S, HP)
     subtract_square(P, np.ascontiguousarray(HP.T))
+    update_drifts(state, before, error)
     inject_error(state, error)
     return result
 

@@ -8,6 +8,7 @@ from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
 
 NOISY = 5.0  # [-] factor of its noise from which an IMU is named
+DRIFTING = np.radians(0.6)  # [rad/s] the same of its heading's drift
 
 
 @dataclass(kw_only=True)
@@ -27,6 +28,7 @@ class ImuUse:
     turn_stddev: float = float("nan")  # [rad] of its alignment, about the link's own axis
     heading_stddev: float = float("nan")  # [rad]
     noise: float = 1.0  # [-] factor of its usual noise, see pose_core.filter.imu_noise
+    heading_drift: float = 0.0  # [rad/s] see pose_core.filter.heading_drift
     has_link: bool = True  # whether the body model has a link for the segment
     does_not_fit: bool = False  # whether its motion does not fit its segment
     exchanged_with: str = ""  # the segment on which it is worn and used, if not its own
@@ -82,6 +84,8 @@ class ImuUse:
         anew = f"; aligned anew {times}: see its strap, and magnets"
         times_noise = f"{self.noise:.1f} times the usual noise"
         noisy = f"; {times_noise}, so it counts less: see its strap, its clock and its filter"
+        drift = f"its heading drifts by {np.degrees(abs(self.heading_drift)):.1f}°/s, which is corrected"
+        drifting = f"; {drift}: start it at rest, or have its gyroscope's bias estimated"
         first_ns = self.first_ns or self.start_ns
         since_s = (first_ns - self.start_ns) / NS_PER_S
         last_s = ((self.aligned_ns or first_ns) - self.start_ns) / NS_PER_S
@@ -91,4 +95,5 @@ class ImuUse:
             f"tilt known to {tilt:.1f}°, turn to {turn:.1f}°, heading to {heading:.1f}°"
             + (anew if self.contradictions else "")
             + (noisy if self.noise > NOISY else "")
+            + (drifting if abs(self.heading_drift) > DRIFTING else "")
         )
