@@ -176,7 +176,6 @@ def published_joints(poses, rates, jumps=0.0):
         jumps: Errors of its joints, (n, 15, 3) [m].
     """
     model, blending = model_arrays(MODEL, SHAPE.offsets), make_blending(MODEL.size)
-    blending.slow_s[0] = 0.0  # the start is over
     jumps, zero = np.broadcast_to(jumps, (len(poses.positions), 15, 3)), np.zeros(3)
     found = np.empty_like(poses.positions)
     for k, joints in enumerate(poses.positions):
@@ -207,6 +206,14 @@ def test_a_step_of_a_joint_is_blended_out():
     assert steps[:, -1].max() < 0.1
     assert steps[:, :-1].max() < 1e-9
     np.testing.assert_allclose(found[-1], poses.positions[-1] + jumps[-1], atol=1e-6)
+
+
+def test_a_hand_whose_rate_is_not_known_yet_is_followed_from_the_start_on():
+    poses = kinematics().pose(np.zeros((100, MODEL.size)))
+    moved = np.zeros((100, 15, 3))
+    moved[:, -1, 0] = 4.0 * PERIOD_S * np.arange(100)
+    found = published_joints(poses, np.zeros((*poses.rotations.shape[:2], 3)), moved)
+    assert np.abs(found - poses.positions - moved).max() < 0.05
 
 
 def test_blending_adds_no_lag_to_moving_joints():

@@ -60,6 +60,16 @@ def test_gaps_and_a_gyroscope_at_rest_are_no_walk():
     assert not walks.unsound
 
 
+def test_samples_that_repeat_a_stamp_are_no_walk():
+    orientations, rates = turning(60.0)
+    given = block(orientations, rates)
+    repeated = np.arange(3, len(rates), 5)
+    given.stamps_ns[repeated] = given.stamps_ns[repeated - 1]
+    walks = HeadingWalks()
+    walks.add(given)
+    assert not walks.unsound
+
+
 def walk_of_bursts(lost, headings_deg):
     """Walk of an IMU whose samples arrive in bursts of five, of which some are lost."""
     rng = np.random.default_rng(5)

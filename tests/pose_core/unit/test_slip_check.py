@@ -40,10 +40,13 @@ def found(
     cameras_err_from_s=np.inf,
     is_aligned=True,
     lost=0.0,
+    scatter=0.02,
+    are_blind=False,
 ):
     """Segments found if some IMUs slip; or if the first camera errs from an instant on.
 
-    ``lost`` is the share of instants without a sample, of each IMU.
+    ``lost`` is the share of instants without a sample, of each IMU; ``scatter`` [m] that of the
+    joints during the slip; all cameras but the first may be blind.
     """
     rng, check = np.random.default_rng(1), SlipCheck()
     alignments, headings = Rotation.random(2, random_state=2), np.array([1.0, -0.5])
@@ -72,12 +75,15 @@ def found(
             stddev=np.full((2, 3), 0.02)[here],
             age_s=np.zeros(2)[here],
         )
-        positions = truth + offsets + rng.normal(0.0, 0.02, offsets.shape)
+        spread = scatter if t > SLIP_S else 0.02
+        positions = truth + offsets + rng.normal(0.0, spread, offsets.shape)
         if t > cameras_err_from_s:
             turn = Rotation.from_euler("x", 30.0, degrees=True)
             positions[0] = joints_of(thigh * turn, 0.5, trunk * turn)
         sees = k % cameras  # one camera's frame at a time
         positions[np.arange(cameras) != sees] = np.nan
+        if are_blind:
+            positions[1:] = np.nan
         known = headings if is_aligned else np.full(2, np.nan)
         check.add(10**18 + k * step_ns, positions, measured, known[here])
     return set(check.slipped)
@@ -108,6 +114,11 @@ def test_soft_tissue_is_no_slip(axis):
 def test_cameras_that_contradict_each_other_accuse_nobody():
     assert found(0.0, "across") == set()
     assert found(0.0, "across", cameras_err_from_s=SLIP_S) == set()
+
+
+def test_joints_that_scatter_and_one_camera_of_several_tell_no_slip():
+    assert found(30.0, "across", scatter=0.4) == set()
+    assert found(30.0, "across", are_blind=True) == set()
 
 
 def test_imus_that_are_not_aligned_are_not_judged():

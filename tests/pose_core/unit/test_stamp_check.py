@@ -184,6 +184,18 @@ def test_two_sources_of_one_name_are_rejected_until_one_has_stopped(spread_s):
     assert set(back.values()) == {0}
 
 
+def test_a_source_that_often_repeats_a_stamp_is_used_again():
+    def stamp_of(true_ns):
+        k = (true_ns - START) // PERIOD
+        ahead_ns = 500 * MS if true_ns < START + S else 0
+        return true_ns + ahead_ns - (PERIOD if k % 7 == 0 else 0)
+
+    check = StampCheck()
+    used = feed(check, 10.0, stamp_of)
+    assert not check.excluded
+    assert len([at_s for at_s in used if at_s > 4.0]) > 0.8 * 6.0 * S / PERIOD
+
+
 def test_sources_of_one_stepped_clock_get_the_same_offset():
     check = StampCheck()
     for sensor in ("left", "right"):

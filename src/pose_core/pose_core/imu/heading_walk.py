@@ -102,6 +102,8 @@ def watch_samples(
     for row in range(len(imu)):
         i = imu[row]
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
+        if dt_s == 0.0:
+            continue  # a repeated stamp: the next sample's change covers both
         if dt_s > MAX_STEP_S:
             memory.seconds[i], memory.since_s[i] = 0, 0.0
         elif dt_s > 0.0:

@@ -8,7 +8,7 @@ from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
 
 NOISY = 5.0  # [-] factor of its noise from which an IMU is named
-DRIFTING = np.radians(0.6)  # [rad/s] the same of its heading's drift
+DRIFTING = np.radians(0.8)  # [rad/s] the same of its heading's drift
 
 
 @dataclass(kw_only=True)
@@ -84,8 +84,8 @@ class ImuUse:
         anew = f"; aligned anew {times}: see its strap, and magnets"
         times_noise = f"{self.noise:.1f} times the usual noise"
         noisy = f"; {times_noise}, so it counts less: see its strap, its clock and its filter"
-        drift = f"its heading drifts by {np.degrees(abs(self.heading_drift)):.1f}°/s, which is corrected"
-        drifting = f"; {drift}: start it at rest, or have its gyroscope's bias estimated"
+        drift = f"its heading drifts by {np.degrees(abs(self.heading_drift)):.1f}°/s"
+        drifting = f"; {drift}, which is corrected: have its gyroscope's bias estimated at rest"
         first_ns = self.first_ns or self.start_ns
         since_s = (first_ns - self.start_ns) / NS_PER_S
         last_s = ((self.aligned_ns or first_ns) - self.start_ns) / NS_PER_S

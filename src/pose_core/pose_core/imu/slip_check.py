@@ -36,6 +36,7 @@ MIN_BEND = 0.3  # [-] sine of a knee's bend from which on its axis is used
 MIN_LAST, MIN_BEFORE = 0.3, 0.6  # independent samples required
 POSTURE_STDDEV = 0.12  # [rad] by which a mean differs from posture to posture
 TRUNK_POSTURE_STDDEV = 0.15  # [rad] the same of trunk and pelvis: they are not rigid
+MIN_RESULTANT = 0.75  # [-] length of the mean of an axis; one that scatters more is not judged
 SLIP_STDDEV = 0.5  # [rad] prior of a slip
 MIN_GAIN = 8.0  # [-] of the squared distance
 MIN_SHARE = 0.43  # [-] of it, for each camera
@@ -175,8 +176,10 @@ def _has_slipped(
 ) -> bool:
     """Whether a rotation explains one IMU's axes better, from the sums (sensors, 2, 4)."""
     posture_stddev = TRUNK_POSTURE_STDDEV if segment in ("torso", "pelvis") else POSTURE_STDDEV
-    # One camera of several, while the others do not see the segment, errs as easily.
-    is_alone = len(is_known) > 1 and np.count_nonzero(is_known.any(axis=1)) == 1
+    is_known = is_known & (np.linalg.norm(last[..., :3], axis=-1) > MIN_RESULTANT * last[..., 3])
+    views = np.count_nonzero(is_known.any(axis=1))
+    if views < min(len(is_known), 2):  # one camera of several errs as easily
+        return False
     last, before = last[is_known], before[is_known]
     weight = 1.0 / (1.0 / last[:, 3] + 1.0 / before[:, 3] + posture_stddev**2)
     axis_last, axis_before = unit_vectors(last[:, :3]), unit_vectors(before[:, :3])
@@ -187,5 +190,5 @@ def _has_slipped(
     gains = 2.0 * (np.einsum("ij,cij->c", S, B) - np.trace(B, axis1=1, axis2=2))
     gains = gains[is_known.any(axis=1)]
     # A single axis errs more easily.
-    least = MIN_GAIN if np.count_nonzero(is_known) > 1 and not is_alone else 2.0 * MIN_GAIN
+    least = MIN_GAIN if np.count_nonzero(is_known) > 1 else 2.0 * MIN_GAIN
     return bool(gains.sum() > least and gains.min() > MIN_SHARE * least)

@@ -190,7 +190,7 @@ def blend_root(
         for axis in range(3):
             v, w = dof.velocity[axis], dof.velocity[3 + axis]
             e = blending.position[axis] - (dof.position[axis] - v * dt_s)
-            e, e_rate = decay(blending, e, blending.velocity[axis] - v, blend_s, dt_s)
+            e, e_rate = decay(e, blending.velocity[axis] - v, blend_s, dt_s)
             dof.position[axis] += e
             dof.velocity[axis] += e_rate
             dof.blended[axis] = e**2
@@ -201,7 +201,7 @@ def blend_root(
         for axis in range(3):
             w = dof.velocity[3 + axis]
             rate = blending.velocity[3 + axis] - w
-            turn[axis], e_rate = decay(blending, turn[axis], rate, BLEND_S, dt_s)
+            turn[axis], e_rate = decay(turn[axis], rate, BLEND_S, dt_s)
             dof.velocity[3 + axis] += e_rate
             dof.blended[3 + axis] = turn[axis] ** 2
         R[:] = R_map_root
@@ -243,7 +243,7 @@ def blend_joints(
             if dt_s > 0.0:
                 e = blending.joints[joint, axis] - (place - v * dt_s)
                 e_rate = blending.joint_velocity[joint, axis] - v
-                e, e_rate = decay(blending, e, e_rate, BLEND_S, dt_s)
+                e, e_rate = decay(e, e_rate, BLEND_S, dt_s)
                 place, v = place + e, v + e_rate
             blending.joints[joint, axis], blending.joint_velocity[joint, axis] = place, v
             joints[joint, axis] = blending.position[axis] + place

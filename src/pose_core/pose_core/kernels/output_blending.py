@@ -10,10 +10,10 @@ so that the published rate is the derivative of the published angle. 1/k is shor
 is certain of an angle and long where it is not, as for the axial rotation of a straight limb. The
 joints are blended in the same way, relative to the root. The root's position is blended for longer
 the further ahead it is predicted, since an error of its velocity grows with that time. A large
-difference is reduced at a bounded rate. At the start and after a silence that rate is lower and 1/k
-is longer: sensors return one after the other, and IMUs are not aligned yet. Root and joints are not
-blended where the cameras see a person again who has moved meanwhile: that would be a motion which
-nobody made. Angles stay within the limits of the body model.
+difference is reduced at a bounded rate. At the start and after a silence 1/k is longer, and an
+angle's rate is lower: sensors return one after the other, and IMUs are not aligned yet. Root and
+joints are not blended where the cameras see a person again who has moved meanwhile: that would be a
+motion which nobody made. Angles stay within the limits of the body model.
 """
 
 from typing import NamedTuple
@@ -33,7 +33,7 @@ CALM_BLEND_S = 0.03  # [s] least 1/k at the start and after a silence
 MAX_BLEND_S = 0.12  # [s] 1/k of an uncertain angle
 SURE_STDDEV = np.radians(10.0)  # [rad] up to which an angle counts as certain
 MAX_TRAVEL = 8.0  # [rad/s], [m/s] largest rate at which a difference is reduced
-TRAVEL_AFTER_GAP = 2.5  # [rad/s], [m/s] the same, after a silence
+TRAVEL_AFTER_GAP = 2.5  # [rad/s] the same of an angle, at the start and after a silence
 MAX_RATE = 40.0  # [rad/s] bound of the filter's rate
 UNKNOWN_BEYOND = np.radians(15.0)  # [rad] outside its limits, from which on an angle is unknown
 UNKNOWN_APART = np.radians(45.0)  # [rad] between published and filter's angle, likewise
@@ -41,7 +41,7 @@ UNKNOWN_GROWTH = np.radians(30.0)  # [rad/s] of an unknown angle's standard devi
 MAX_UNKNOWN = np.radians(90.0)  # [rad] up to which it grows
 REST_AFTER_S = 0.5  # [s] after a longer silence the output continues from rest
 AFTER_GAP_S = 0.01  # [s] taken as elapsed in that case
-SLOW_S = 2.0  # [s] at the start and after a silence, differences are reduced slowly
+SLOW_S = 2.0  # [s] at the start and after a silence, angles' differences are reduced slowly
 MOVED_M = 0.3  # [m] by which a person has moved who is seen again elsewhere
 RETURNING_S = 0.2  # [s] after the first frame of them, while the filter moves there
 UNSEEN_SPEED = 0.7  # [m/s] of an unseen person along each horizontal axis (standard deviation)
@@ -126,14 +126,13 @@ def advance_skeleton_clock(blending: Blending, dof: DofEstimate, dt_s: float) ->
 
 @compiled_in_place
 def decay(
-    blending: Blending, e: float, rate: float, blend_s: float, dt_s: float
+    e: float, rate: float, blend_s: float, dt_s: float, travel: float = MAX_TRAVEL
 ) -> tuple[float, float]:
     """A difference and its rate after some time, by (1).
 
     With k = 2 v / |e|, (1) has a solution with constant rate v: a large difference that starts at
     rest is reduced at the largest rate.
     """
-    travel = TRAVEL_AFTER_GAP if blending.slow_s[0] > 0.0 else MAX_TRAVEL
     k = min(1.0 / blend_s, 2.0 * travel / max(abs(e), 1e-9))
     drive = rate + k * e
     keep = np.exp(-k * dt_s)
@@ -169,11 +168,11 @@ def blend_angle(
     e = e_rate = 0.0
     if dt_s > 0.0:
         unsure = dof.variance[at] / SURE_STDDEV**2
-        blend_s = min(BLEND_S * max(unsure, 1.0), MAX_BLEND_S)
+        blend_s, travel = min(BLEND_S * max(unsure, 1.0), MAX_BLEND_S), MAX_TRAVEL
         if blending.slow_s[0] > 0.0:
-            blend_s = max(blend_s, CALM_BLEND_S)
+            blend_s, travel = max(blend_s, CALM_BLEND_S), TRAVEL_AFTER_GAP
         e, e_rate = before - (goal - rate * dt_s), rate_before - rate
-        e, e_rate = decay(blending, e, e_rate, blend_s, dt_s)
+        e, e_rate = decay(e, e_rate, blend_s, dt_s, travel)
     value = min(max(goal + e, limits[0]), limits[1])
     is_stopped = value != goal + e
     blending.position[at] = value

@@ -194,7 +194,7 @@ class StampCheck:
         lag_ns = arrival_ns - stamp_ns
         is_steady = (
             before_ns is not None
-            and stamp_ns > before_ns
+            and stamp_ns >= before_ns
             and max(*lags_ns, lag_ns) - min(*lags_ns, lag_ns) <= STEADY_SPREAD_NS
         )
         source.trial_stamp_ns = stamp_ns
