@@ -85,8 +85,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._facing = FacingCheck()
         self._crossed = CrossedLimbsCheck()
         self._start_frames = StartFrames(sensors)
-        self._history = StepHistory()
-        self._stamp_ns = 0
+        self._history = StepHistory(self._filter)
         self._diverged_since_ns: int | None = None
         self._mean_nis = CONSISTENT_NIS
         self._information = self._no_information()  # of the last update with each source
@@ -143,13 +142,13 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _step(self, observation: Observation) -> FloatArray | None:
         """Run one filter step; the information of its update, None if there is no pose."""
-        ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
+        ahead_s = (observation.stamp_ns - self._history.stamp_ns) / NS_PER_S
         self._start_frames.add(observation)
         is_late = self._filter.state is not None and -JUMP_BACK_S < ahead_s < 0.0
         later: Sequence[KeptStep] = ()
         predicted_from = self._filter.predicted_from
         if is_late and ahead_s < -SAME_INSTANT_S:
-            later = self._go_back(observation.stamp_ns)
+            later = self._history.go_back(observation.stamp_ns)
             if not later and ahead_s < -UNKEPT_S:
                 self.counters.add("frames_too_late")
                 return None
@@ -175,7 +174,7 @@ class DefaultEstimator(StepwiseEstimator):
 
     def predicted(self, stamp_ns: int, imus: ImuMeasurements) -> TimedPose | None:
         """Predict the state to an instant; links with an aligned IMU follow its samples."""
-        ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
+        ahead_s = (stamp_ns - self._history.stamp_ns) / NS_PER_S
         state = self._filter.state
         if state is None or not -MAX_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
@@ -188,14 +187,14 @@ class DefaultEstimator(StepwiseEstimator):
     @property
     def stamp_ns(self) -> int | None:
         """Instant of the state [ns]; None if there is none."""
-        return None if self._filter.state is None else self._stamp_ns
+        return None if self._filter.state is None else self._history.stamp_ns
 
     def interpolated(self, stamps_ns: Sequence[int]) -> PublishedState | None:
         """States at instants between the last two observations."""
         state = self._filter.state
         if state is None or not stamps_ns:
             return None
-        ages_s = (self._stamp_ns - np.array(stamps_ns)) / NS_PER_S
+        ages_s = (self._history.stamp_ns - np.array(stamps_ns)) / NS_PER_S
         information = self._last_information(state, 0.0, state.imus.is_used)
         return self._filter.interpolated(ages_s, information, self._variance_scale(state))
 
@@ -209,39 +208,15 @@ class DefaultEstimator(StepwiseEstimator):
         information[IMUS, links] = self._information[IMUS, links]
         return information
 
-    def _go_back(self, stamp_ns: int) -> list[KeptStep]:
-        """Go back to the state before an instant; the steps after it, none if out of reach."""
-        later = self._history.take_after(stamp_ns)
-        if later:
-            self._filter.go_back(later[0].before)
-            self._stamp_ns = later[0].from_ns
-        return later
-
     def _repeat(self, later: Sequence[KeptStep]) -> None:
         """Repeat the steps after a late frame."""
         for step in later:
             if self._filter.state is None:
                 break
-            self._predict_to(step.stamp_ns)
-            for column, variance in step.heading_walks:
-                self._filter.state.P[column, column] += variance
-            information = self._no_information()
-            self._filter.update_with_imus(step.imus, information[IMUS])
-            for frame in step.frames:
-                if self._filter.state is not None:
-                    self._filter.update_with_frame(frame, information[CAMERAS])
-            self._information = information
-            self._history.finish(step.stamp_ns, step.heading_walks, step.imus, step.frames)
+            self._information = self._no_information()
+            self._history.repeat(step, self._information)
         if self._filter.state is None:
             self.counters.add(RestartCause.NUMERICAL.value)
-
-    def _predict_to(self, stamp_ns: int) -> None:
-        """Predict the filter to the instant of a step."""
-        assert self._filter.state is not None
-        self._history.begin(self._stamp_ns, self._filter.state)
-        if stamp_ns > self._stamp_ns:
-            self._filter.predict((stamp_ns - self._stamp_ns) / NS_PER_S)
-            self._stamp_ns = stamp_ns
 
     def _predict_or_start(self, observation: Observation) -> bool:
         """Predict the filter to an observation's instant, or start it there.
@@ -251,14 +226,14 @@ class DefaultEstimator(StepwiseEstimator):
         """
         if self._filter.state is None:
             return self._start(observation)
-        ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
+        ahead_s = (observation.stamp_ns - self._history.stamp_ns) / NS_PER_S
         if ahead_s <= -JUMP_BACK_S:
             return self._start(observation, RestartCause.TIME_JUMP)
         if ahead_s >= self.parameters.forget_after:
             has_imus = len(observation.imus) > 0 and self._has_aligned
             if not has_imus or ahead_s > MAX_BRIDGED_S:
                 return self._start(observation, RestartCause.GAP)
-        self._predict_to(observation.stamp_ns)
+        self._history.predict_to(observation.stamp_ns)
         return True
 
     @property
@@ -290,8 +265,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._alignments.restart()
         self._facing.restart()
         self._crossed.restart()
-        self._history.clear()
-        self._stamp_ns = observation.stamp_ns
+        self._history.restart(observation.stamp_ns)
         self._diverged_since_ns = None
         return True
 
@@ -335,7 +309,7 @@ class DefaultEstimator(StepwiseEstimator):
             state = self._alignments.observe(observation, tracked, self._filter.state)
             self._filter.state = state
         if self._alignments.changes == alignments_before:
-            self._history.finish(self._stamp_ns, walks, aligned, frames)
+            self._history.finish(walks, aligned, frames)
         else:
             self._history.clear()
         return result

@@ -43,7 +43,7 @@ class ImuEstimator(DefaultEstimator):
         if not aligned:  # or none any more, because the IMUs restarted
             self._is_alone = False
         elif not self._is_alone:
-            waited_ns = self._stamp_ns - min(aligned)
+            waited_ns = self._history.stamp_ns - min(aligned)
             self._is_alone = len(aligned) == len(uses) or waited_ns > WARM_UP_NS
             if self._is_alone and self._filter.state is not None:
                 self._filter.state.pose.velocity[:] = 0.0
