@@ -7,10 +7,10 @@ import pytest
 from session_bag import write_session
 from synthetic_body import FRAME_NS, extrinsics, kinematics, motion, skeleton_samples
 
+from pose_bench.live_run import _result
 from pose_bench.processes import Usages
 from pose_bench.tools import offline
 from pose_bench.tools.bench import run
-from pose_bench.tools.live_graph import _result
 from pose_bench.tools.offline import PAUSE_NS, repeat
 from pose_core.errors import InputError
 from pose_io.bag_samples import BagSamples

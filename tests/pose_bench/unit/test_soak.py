@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from pose_bench.random_steps import random_steps
+from pose_bench.repeated_messages import LOOP_NS, VISITOR, in_loop
 from pose_bench.replayed_person import captured_person
 from pose_bench.tools.soak import Measurement, broken_bounds
-from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, VISITOR, in_loop, steps_of
+from pose_bench.tools.soak_recording import STEP_NS, steps_of
 from pose_bench.tools.soak_session import LiveSession
 from pose_core.api import extrinsics_from_map
 from pose_core.stamps import serialized_ns

@@ -8,7 +8,7 @@ from ament_index_python.packages import get_package_prefix
 from patience import PATIENCE_S
 
 from pose_calibration.imus.section import load_alignments
-from pose_fusion.tools.demo_graph import first_lead_s
+from pose_fusion.tools.demo_run import first_lead_s
 
 pytestmark = pytest.mark.graph
 

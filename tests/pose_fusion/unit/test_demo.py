@@ -10,9 +10,10 @@ import pytest
 from rich.console import Console
 
 from pose_core.errors import InputError
+from pose_fusion import own_domain
 from pose_fusion.launched_graph import GraphError, LaunchedGraph
-from pose_fusion.tools import demo, demo_graph
-from pose_fusion.tools.demo_graph import describe
+from pose_fusion.tools import demo, demo_run
+from pose_fusion.tools.demo_run import describe
 from pose_node.child_process import executable, run_to_end, start, stop
 from pose_node.node_status import Level, NodeStatus
 
@@ -214,15 +215,15 @@ def start_two(tmp_path, monkeypatch):
 
     def start_two(lead_s, **up_after_s):
         clock, leads, output = Clock(), [], io.StringIO()
-        monkeypatch.setattr(demo_graph, "time", clock)
-        monkeypatch.setattr(demo_graph, "LaunchedGraph", lambda *_: GraphOfTwo(clock, up_after_s))
+        monkeypatch.setattr(demo_run, "time", clock)
+        monkeypatch.setattr(demo_run, "LaunchedGraph", lambda *_: GraphOfTwo(clock, up_after_s))
 
         def warm_up(lead_s):
             leads.append(lead_s)
             return clock.now_ns + round(lead_s * 1e9), {}
 
         console = Console(file=output)
-        started = demo_graph.started_graph("x", warm_up, tmp_path, lead_s, console)
+        started = demo_run.started_graph("x", warm_up, tmp_path, lead_s, console)
         with started as (_, start_at_ns):
             return leads, (start_at_ns - clock.now_ns) * 1e-9, output.getvalue()
 
@@ -257,10 +258,10 @@ def test_the_graph_s_own_nodes_are_waited_for(tmp_path):
 
 def test_the_demo_runs_in_a_free_domain_of_its_own_and_prints_it(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "")
-    monkeypatch.setattr(demo_graph.os, "getpid", lambda: 41)
-    monkeypatch.setattr(demo_graph, "_is_free", lambda domain: domain != 42)
+    monkeypatch.setattr(own_domain.os, "getpid", lambda: 41)
+    monkeypatch.setattr(own_domain, "_is_free", lambda domain: domain != 42)
     printed = io.StringIO()
-    demo_graph.use_own_domain(Console(file=printed, width=200))
+    own_domain.use_own_domain(Console(file=printed, width=200))
     assert os.environ["ROS_DOMAIN_ID"] == "43"
     assert "export ROS_DOMAIN_ID=43" in printed.getvalue()
 
@@ -268,12 +269,12 @@ def test_the_demo_runs_in_a_free_domain_of_its_own_and_prints_it(monkeypatch):
 def test_a_domain_in_which_somebody_listens_is_not_free():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        domain = next(d for d in range(1, 101) if demo_graph._is_free(d))
+        domain = next(d for d in range(1, 101) if own_domain._is_free(d))
         other.bind(("", 7400 + 250 * domain))
-        assert not demo_graph._is_free(domain)
+        assert not own_domain._is_free(domain)
 
 
 def test_a_domain_that_is_set_is_kept(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-    demo_graph.use_own_domain(Console(quiet=True))
+    own_domain.use_own_domain(Console(quiet=True))
     assert os.environ["ROS_DOMAIN_ID"] == "7"

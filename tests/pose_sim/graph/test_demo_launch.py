@@ -5,7 +5,7 @@ import time
 import pytest
 from ament_index_python.packages import get_package_prefix
 
-from pose_fusion.tools.demo_graph import first_lead_s
+from pose_fusion.tools.demo_run import first_lead_s
 from pose_io.bags import open_bag
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]

@@ -2,9 +2,8 @@
 
 import os
 import signal
-import subprocess
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -20,23 +19,18 @@ from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer
 from pose_bench.processes import pids_of
 from pose_bench.replayed_person import SESSION_S, captured_person
-from pose_calibration.files.extrinsics_file import save_extrinsics
+from pose_bench.tools.replayed_graph import await_graph, start_graph
 from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
-from pose_core.arrays import FloatArray
-from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.offline import MethodSetup, run_methods
-from pose_fusion.launched_graph import launch, up_command
-from pose_fusion.tools.demo_graph import use_own_domain
+from pose_fusion.own_domain import use_own_domain
 from pose_node.child_process import stop
 from pose_sim.captured.session import START_NS, CapturedSession
 
 WARM_S = 14.0  # [s] before the first fault: calibration, body measures, alignment of IMUs
 LEAD_S = 4.0  # [s] from the start of the plan to the first frame
-START_S = 900.0  # [s] time limit of the graph's start, which may compile
 SETUP = MethodSetup(name="default", estimator="default", use_imus=True)
 SIGNALS = {"kill": signal.SIGKILL, "pause": signal.SIGSTOP, "resume": signal.SIGCONT}
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +59,9 @@ def sessions(faults: Sequence[Fault]) -> list[list[Slot]]:
     return found
 
 
-def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator[FaultResult]:
+def run_faults(
+    faults: Sequence[Fault], folder: Path, say: Callable[[str], None]
+) -> Iterator[FaultResult]:
     """Inject faults; yields results session by session.
 
     Args:
@@ -83,7 +79,7 @@ def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator
 
 
 def _run_session(
-    person: CapturedSession, slots: Sequence[Slot], folder: Path, say: Progress
+    person: CapturedSession, slots: Sequence[Slot], folder: Path, say: Callable[[str], None]
 ) -> Iterator[FaultResult]:
     folder.mkdir(parents=True, exist_ok=True)
     packets = _packets(person, slots)
@@ -135,31 +131,6 @@ def _plan_ahead(packets: Sequence[Packet]) -> tuple[list[Planned], int]:
         if time.time_ns() < start_ns:
             return plan, start_ns
         lead_s *= 2.0
-
-
-def start_graph(
-    folder: Path, T_map_sensor: Mapping[str, FloatArray], **arguments: str
-) -> "subprocess.Popen[str]":
-    """Start calibration, fusion and recorder; their files are in the folder.
-
-    Args:
-        folder: Folder of extrinsics, log and bag.
-        T_map_sensor: Poses of the cameras, (4, 4), known to the fusion.
-        **arguments: Further arguments of the launch file.
-    """
-    session = folder / "session.yaml"
-    save_extrinsics(session, extrinsics_from_map(T_map_sensor))
-    arguments |= {"extrinsics_file": str(session), "bag": str(folder / "bag")}
-    return launch(up_command("fusion.launch.yaml", arguments), folder / "graph.log")
-
-
-def await_graph(player: FaultPlayer, graph: "subprocess.Popen[str]", folder: Path) -> None:
-    """Wait until fusion and calibration report."""
-    end_s = time.monotonic() + START_S
-    while not (player.has_said("/fusion") and player.has_said("/calibration")):
-        if graph.poll() is not None or time.monotonic() > end_s:
-            raise InputError(f"the graph did not start: see {folder / 'graph.log'}")
-        time.sleep(0.1)
 
 
 def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[], None]]]:

@@ -11,10 +11,10 @@ import numpy as np
 from rich.console import Console
 
 from pose_bench import speed
+from pose_bench.live_run import LiveResult, run_live
 from pose_bench.options import add_number
 from pose_bench.processes import latency_probe
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_bench.tools.live_graph import LiveResult, run_live
 from pose_bench.tools.offline import fuse_cost
 from pose_bench.tools.prediction import SEED, prediction_errors
 from pose_bench.tools.showing import show

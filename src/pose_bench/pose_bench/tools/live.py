@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from pose_bench.live_run import LiveResult, run_live
 from pose_bench.options import add_number
 from pose_bench.speed import machine
-from pose_bench.tools.live_graph import LiveResult, run_live
 from pose_bench.tools.showing import publish
 from pose_evaluation.table import Table, number, number_row, table_of, text_row
 

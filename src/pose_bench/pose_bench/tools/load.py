@@ -12,20 +12,20 @@ import numpy as np
 from rich.console import Console
 
 from pose_bench.faults.messages import Planned, planned
+from pose_bench.live_run import latencies
 from pose_bench.nodes.fault_player import FaultPlayer
 from pose_bench.options import add_number
 from pose_bench.processes import Usages, latency_probe, usages
+from pose_bench.repeated_messages import LOOP_NS, in_loop
 from pose_bench.speed import machine
-from pose_bench.tools.fault_sessions import await_graph, start_graph
-from pose_bench.tools.live_graph import latencies
 from pose_bench.tools.load_scenes import SCENES, LoadScene
+from pose_bench.tools.replayed_graph import await_graph, start_graph
 from pose_bench.tools.showing import publish
-from pose_bench.tools.soak_recording import LOOP_NS, in_loop
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.table import Table, number, table_of
-from pose_fusion.tools.demo_graph import use_own_domain
+from pose_fusion.own_domain import use_own_domain
 from pose_node.child_process import stop
 
 SUMMARY = "the live graph with many sensors or people: latency, losses, memory over time"

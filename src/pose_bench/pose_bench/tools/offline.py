@@ -12,10 +12,11 @@ from pathlib import Path
 from rich.console import Console
 
 from pose_bench.processes import usages
+from pose_bench.repeated_messages import shifted_by
 from pose_bench.speed import machine
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
-from pose_core.stamps import CDR_STAMP, CDR_STAMP_AT, NS_PER_S, serialized_ns
+from pose_core.stamps import NS_PER_S
 from pose_evaluation.table import number, table_of
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
@@ -55,13 +56,6 @@ def repeat(bag: BagReader, path: Path, times: int, *, imus: bool = True) -> floa
                     message.topic, message.msgtype, data, message.stamp_ns + shift_ns
                 )
     return times * period_ns / NS_PER_S
-
-
-def shifted_by(data: bytes, shift_ns: int) -> bytes:
-    """A serialised message with its stamps, which are all equal, shifted."""
-    own = data[CDR_STAMP_AT : CDR_STAMP_AT + CDR_STAMP.size]
-    later = divmod(serialized_ns(data) + shift_ns, NS_PER_S)
-    return data.replace(own, CDR_STAMP.pack(*later))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -12,10 +12,11 @@ import psutil
 from pose_bench.captured import truth_of
 from pose_bench.faults.judging import rmse_deg
 from pose_bench.options import add_flag, add_number
+from pose_bench.repeated_messages import LOOP_NS, in_loop
 from pose_bench.replayed_person import captured_person
 from pose_bench.speed import machine
 from pose_bench.tools.showing import publish
-from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, in_loop, steps_of
+from pose_bench.tools.soak_recording import STEP_NS, steps_of
 from pose_bench.tools.soak_session import LiveSession
 from pose_core.api import extrinsics_from_map
 from pose_evaluation.table import Table, number, table_of

@@ -8,17 +8,14 @@ import numpy as np
 
 from pose_bench.faults.messages import Planned, planned
 from pose_bench.faults.packets import Frame, Packet, packets_of
-from pose_bench.replayed_person import SESSION_S
-from pose_bench.tools.offline import shifted_by
+from pose_bench.repeated_messages import LOOP_NS, VISITOR
 from pose_core.api import inverse, transformed
 from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
-from pose_sim.captured.session import START_NS, CapturedSession
+from pose_sim.captured.session import CapturedSession
 
 STEP_NS = NS_PER_S // 100  # [ns] between the calls of a live node's timers
-LOOP_NS = round((SESSION_S + 2.0) * NS_PER_S)  # [ns] a recording and two seconds of an empty room
 VISIT_S = (20.0, 45.0)  # [s] of a loop in which a visitor is in view
-VISITOR = b"visitor0"  # replaced by another id of this length at each visit
 VISITOR_SIZE = 0.85  # [-] of the subject's
 LIGHT_IMUS = ("imu/torso", "imu/right_thigh")  # in a light recording
 VISITOR_AT_M = np.array([0.0, 1.6, 0.0])  # [m] in map, from the subject
@@ -27,11 +24,6 @@ VISITOR_AT_M = np.array([0.0, 1.6, 0.0])  # [m] in map, from the subject
 Steps = Sequence[Sequence[tuple[str, bytes]]]
 """Source (``left``, ``imu/<segment>``) and bytes of the messages that arrive in each step of
 :data:`STEP_NS` of a loop that starts at ``START_NS``."""
-
-
-def in_loop(data: bytes, begin_ns: int, visit: int = 0) -> bytes:
-    """A message in a loop that starts at ``begin_ns``, with a visitor's id of this visit."""
-    return shifted_by(data, begin_ns - START_NS).replace(VISITOR, b"%08d" % visit)
 
 
 def steps_of(session: CapturedSession, is_light: bool = False) -> tuple[Steps, Steps]:

@@ -13,14 +13,14 @@ from rich.console import Console
 from pose_core.errors import InputError, writing
 from pose_core.stamps import NS_PER_S
 from pose_fusion.launched_graph import GraphError
+from pose_fusion.own_domain import use_own_domain
 from pose_fusion.recording.growing_bag import free_path
-from pose_fusion.tools.demo_graph import (
+from pose_fusion.tools.demo_run import (
     DemoRun,
     Prepare,
     first_lead_s,
     ready_estimator,
     started_graph,
-    use_own_domain,
     watch,
 )
 from pose_node.child_process import executable, run_to_end

@@ -13,7 +13,7 @@ from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
 from pose_evaluation.scores import evaluate
 from pose_evaluation.table import Table
 from pose_fusion.launched_graph import GraphError
-from pose_fusion.tools.demo_graph import DemoRun
+from pose_fusion.tools.demo_run import DemoRun
 from pose_fusion.watching.stages import reported_stages
 from pose_io.bag_samples import read_body_series, read_extrinsics
 from pose_io.bags import BagReader, open_bag

@@ -1,8 +1,7 @@
-"""The demo's graph: the start of its input after all nodes are up, and its progress."""
+"""A run of the demo: the start of its input after all nodes are up, and its progress."""
 
 import os
 import shutil
-import socket
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -26,7 +25,6 @@ POLL_S = 0.1  # [s]
 TAIL_S = 1.5  # [s] for processing and recording the last frames
 SHOWN_S = 0.2  # [s] between reports of the progress
 PLAIN_LINE_S = 10.0  # [s] between lines without a terminal
-FIRST_DOMAIN, DOMAINS = 1, 100  # beside 0, where graphs are that set none
 
 Prepare = Callable[[float], tuple[int, dict[str, str]]]
 """Function of a lead [s] that returns the input's start [ns] and the launch file's arguments,
@@ -45,30 +43,6 @@ class DemoRun:
     def bag(self) -> Path:
         """The recorded bag."""
         return self.folder / "bag"
-
-
-def use_own_domain(console: Console) -> None:
-    """Use a free ROS domain, without topics of other graphs, unless ``ROS_DOMAIN_ID`` is set."""
-    if os.environ.get("ROS_DOMAIN_ID"):
-        return
-    begin = os.getpid()
-    every = [FIRST_DOMAIN + (begin + step) % DOMAINS for step in range(DOMAINS)]
-    domain = next(filter(_is_free, every), every[0])
-    os.environ["ROS_DOMAIN_ID"] = str(domain)
-    console.print(
-        f"ROS domain {domain}; to see its topics from another terminal, first "
-        f"'export ROS_DOMAIN_ID={domain}' there"
-    )
-
-
-def _is_free(domain: int) -> bool:
-    """Whether no process on this host listens for others in a ROS domain."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
-        try:
-            listener.bind(("", 7400 + 250 * domain))  # of discovery, by the DDSI-RTPS standard
-        except OSError:
-            return False
-    return True
 
 
 def first_lead_s() -> float:

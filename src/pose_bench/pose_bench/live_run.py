@@ -1,4 +1,4 @@
-"""The whole graph in real processes: the age of joint states at their arrival, load and memory."""
+"""One run of the whole graph in real processes: latency at the arrival, load and memory."""
 
 import time
 from collections.abc import Mapping
