@@ -83,7 +83,10 @@ from pose_core.fusion.offline import (
     with_measured_delay as with_measured_delay,
 )
 from pose_core.fusion.output_grid import has_output_rate as has_output_rate
-from pose_core.fusion.pipeline import Pipeline as Pipeline
+from pose_core.fusion.pipeline import (
+    UNKNOWN_DELAY_S as UNKNOWN_DELAY_S,
+    Pipeline as Pipeline,
+)
 from pose_core.fusion.warm_up import warm_up as warm_up
 from pose_core.imu.imu_use import ImuUse as ImuUse
 from pose_core.imu.sensor_to_segment import (

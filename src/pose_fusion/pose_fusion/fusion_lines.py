@@ -2,7 +2,13 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from pose_core.api import BodyShape, PeoplePipeline, Pipeline, reference_delay_s
+from pose_core.api import (
+    UNKNOWN_DELAY_S,
+    BodyShape,
+    PeoplePipeline,
+    Pipeline,
+    reference_delay_s,
+)
 from pose_core.stamps import NS_PER_S
 
 FAULTS = {
@@ -15,7 +21,6 @@ FAULTS = {
 """Lines by the counter of a fault."""
 NOTABLE_SWAPS = 0.1  # [-] share of frames with exchanged sides from which on they are named
 NOTABLE_S = 0.005  # [s] by which poses are earlier than the stamps, from which on it is said
-UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a tracker's delay is not printed
 
 
 def closing_lines(pipeline: PeoplePipeline, unread: Iterable[str]) -> Iterator[str]:

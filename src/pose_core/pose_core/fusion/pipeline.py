@@ -29,7 +29,7 @@ from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
 MAX_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
 EARLIEST_S = -0.03  # [s] delay of a tracker; below it, the IMUs are late
-UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a delay is not known yet
+UNKNOWN_DELAY_S = 0.02  # [s] standard deviation from which on a delay is not known
 MAX_INTERPOLATED_NS = 100_000_000  # [ns] between two observations; a longer time is a gap
 BLOCK = 50  # [estimates] of a recording that are published together
 
