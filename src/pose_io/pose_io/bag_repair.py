@@ -2,7 +2,6 @@
 
 import mmap
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +9,7 @@ from rosbags.interfaces import QosReliability
 
 from pose_core.errors import InputError, writing
 from pose_io.bag_writer import BagWriter
-from pose_io.bags import open_bag
+from pose_io.bags import Progress, open_bag
 from pose_io.mcap import CHUNK_KIND, RECORD, chunk_info, read_chunk
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -119,7 +118,7 @@ def repair(
     path: Path,
     condition: Condition,
     output: Path,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> int:
     """Write the intact messages of a file to a new bag, ordered by time and with an index.
 
@@ -152,7 +151,7 @@ def _copy_closed(path: Path, whole: int, copy: Path) -> None:
         target.write(END)
 
 
-def _rewrite(path: Path, output: Path, progress: Callable[[float], None] | None) -> int:
+def _rewrite(path: Path, output: Path, progress: Progress | None) -> int:
     with open_bag(path) as bag, BagWriter(output, typestore=bag.typestore) as writer:
         for topic in bag.topics.values():
             reliable = [one.reliability != QosReliability.BEST_EFFORT for one in topic.offered]

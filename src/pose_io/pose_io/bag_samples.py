@@ -4,7 +4,7 @@ Works on the messages of ``pose_io.bags``, and needs no ROS.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +27,7 @@ from pose_core.api import (
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import nanoseconds
-from pose_io.bags import BagMessage, BagReader
+from pose_io.bags import BagMessage, BagReader, Progress
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.names import BODIES
@@ -40,9 +40,6 @@ from pose_io.topics import (
     sensor_topics,
     static_transform_topics,
 )
-
-Progress = Callable[[float], None]
-"""Called with the fraction of the bag that has been read, 0 to 1."""
 
 
 class BagFrames:

@@ -6,7 +6,7 @@ or serialised CDR bytes; both have the same fields as the ROS messages.
 
 import shutil
 import tempfile
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
@@ -24,6 +24,9 @@ from pose_io.typestore import make_typestore
 
 BAG_SUFFIXES = (".mcap", ".db3")
 BATCH = 2000  # [messages] read at a time
+
+Progress = Callable[[float], None]
+"""Called with the fraction of the bag that has been read, 0 to 1."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from operator import itemgetter
 from typing import Any, TypeVar
 
@@ -10,7 +10,7 @@ from pose_core.api import FloatArray, SkeletonSample
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_io.bag_samples import read_extrinsics
-from pose_io.bags import BagReader
+from pose_io.bags import BagReader, Progress
 from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.topics import body_topics, sensor_topics
@@ -20,8 +20,6 @@ from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot
 
 T = TypeVar("T")
 MAX_HOLD_S = 0.5  # [s] for which data are shown without an update
-Progress = Callable[[float], None]
-"""Called with the fraction of the recording that has been read, 0 to 1."""
 
 
 Stamped = list[tuple[int, T]]

@@ -1,6 +1,5 @@
 """A person's recorded motion: degrees of freedom, joints and links at increasing instants."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -25,7 +24,7 @@ from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_io.arrays import BoolArray
-from pose_io.bags import BagReader
+from pose_io.bags import BagReader, Progress
 from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.topics import body_topic, body_topics
@@ -134,7 +133,7 @@ class BodyMotion:
 def read_motion(
     bag: BagReader,
     body: str = "",
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     model: BodyModel | None = None,
 ) -> BodyMotion:
     """The fused motion of a bag.

@@ -12,7 +12,7 @@ from pose_core.errors import InputError, PoseError
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
 from pose_evaluation.offline import IMU_ENDING, known_setups, run_methods
 from pose_io.bag_samples import BagSamples, read_estimates
-from pose_io.bags import BagReader
+from pose_io.bags import BagReader, Progress
 from pose_io.topics import imu_topics, sensor_topics
 
 PREFERRED = (FUSED, "default+imus", "default", "li2020", "joint_kf", MEAN)
@@ -76,7 +76,7 @@ def read_report_data(
     bag: BagReader,
     wanted: Wanted,
     find_extrinsics: FindExtrinsics,
-    progress: Callable[[float], None],
+    progress: Progress,
 ) -> ReportData:
     """Read a bag, and run the estimators over it.
 
@@ -161,7 +161,7 @@ def _estimate(
     wanted: Wanted,
     has_imus: bool,
     find_extrinsics: FindExtrinsics,
-    progress: Callable[[float], None],
+    progress: Progress,
 ) -> _Estimated:
     """All methods: the sensors, their mean, the estimators, the bag's own result."""
     sensors = tuple(sensor_topics(bag))
