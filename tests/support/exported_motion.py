@@ -14,13 +14,7 @@ from pose_core.body.shape import BodyShape
 from pose_core.body.urdf import make_urdf
 from pose_core.estimates.body_estimates import BodyEstimate
 from pose_core.joints import JOINT_INDEX
-from pose_fusion.conversions import (
-    body_topics,
-    to_bag_message,
-    to_messages,
-    type_name,
-    urdf_topic,
-)
+from pose_fusion.conversions import body_topics, to_bag_message, to_messages, type_name, urdf_topic
 from pose_io.bag_writer import BagWriter
 
 START_NS = 1_700_000_000_000_000_000

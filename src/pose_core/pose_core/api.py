@@ -83,10 +83,7 @@ from pose_core.fusion.offline import (
     with_measured_delay as with_measured_delay,
 )
 from pose_core.fusion.output_grid import has_output_rate as has_output_rate
-from pose_core.fusion.pipeline import (
-    UNKNOWN_DELAY_S as UNKNOWN_DELAY_S,
-    Pipeline as Pipeline,
-)
+from pose_core.fusion.pipeline import UNKNOWN_DELAY_S as UNKNOWN_DELAY_S, Pipeline as Pipeline
 from pose_core.fusion.warm_up import warm_up as warm_up
 from pose_core.imu.imu_use import ImuUse as ImuUse
 from pose_core.imu.sensor_to_segment import (
@@ -136,10 +133,7 @@ from pose_core.streams.estimate_series import (
     EstimateSeries as EstimateSeries,
     estimate_series as estimate_series,
 )
-from pose_core.streams.recording_order import (
-    RecordingOrder as RecordingOrder,
-    in_order as in_order,
-)
+from pose_core.streams.recording_order import RecordingOrder as RecordingOrder, in_order as in_order
 from pose_core.streams.repeated_frames import RepeatedFrames as RepeatedFrames
 from pose_core.streams.samples import (
     ImuBlock as ImuBlock,

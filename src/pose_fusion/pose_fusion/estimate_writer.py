@@ -6,13 +6,7 @@ from numpy.typing import NDArray
 from pose_core.api import EstimateBlock, PeoplePipeline, make_urdf
 from pose_core.stamps import NS_PER_S
 from pose_evaluation.unseen import unseen_line
-from pose_fusion.conversions import (
-    body_topics,
-    to_bag_message,
-    to_static_tf,
-    type_name,
-    urdf_topic,
-)
+from pose_fusion.conversions import body_topics, to_bag_message, to_static_tf, type_name, urdf_topic
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_io.bag_writer import BagWriter
 from pose_io.message_maker import MessageMaker

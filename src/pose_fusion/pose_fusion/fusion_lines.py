@@ -2,13 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from pose_core.api import (
-    UNKNOWN_DELAY_S,
-    BodyShape,
-    PeoplePipeline,
-    Pipeline,
-    reference_delay_s,
-)
+from pose_core.api import UNKNOWN_DELAY_S, BodyShape, PeoplePipeline, Pipeline, reference_delay_s
 from pose_core.stamps import NS_PER_S
 
 FAULTS = {

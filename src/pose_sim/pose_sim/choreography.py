@@ -14,15 +14,7 @@ from pose_core.joints import SIDE_SIGNS, SIDES, other_side
 from pose_sim.body import Body
 from pose_sim.jump import jump
 from pose_sim.motion import Motion, perform
-from pose_sim.moves import (
-    both,
-    lift_knee,
-    march,
-    quarter_turn,
-    shift_weight,
-    side_leg_lifts,
-    sink,
-)
+from pose_sim.moves import both, lift_knee, march, quarter_turn, shift_weight, side_leg_lifts, sink
 from pose_sim.timeline import AngleTimeline, Variation
 from pose_sim.walking import walk_about
 from pose_sim.whole_body import crouch_behind_arm, dance, kicks, reach, twisting, walk_turns

@@ -7,15 +7,7 @@ conventions of ``docs/conventions.md``; speeds are moderate, except for the kick
 from collections.abc import Mapping
 
 from pose_core.joints import SIDE_SIGNS, SIDES, other_side
-from pose_sim.moves import (
-    bend_forward,
-    both,
-    march,
-    shift_weight,
-    sink,
-    turn_pelvis,
-    turn_steps,
-)
+from pose_sim.moves import bend_forward, both, march, shift_weight, sink, turn_pelvis, turn_steps
 from pose_sim.timeline import AngleTimeline
 
 ARMS = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_bench.tools.noise import (
-    ANGLE_FIGURES,
-    KNEES,
-    VIEW_FIGURES,
-    angle_error,
-    two_views,
-)
+from pose_bench.tools.noise import ANGLE_FIGURES, KNEES, VIEW_FIGURES, angle_error, two_views
 from pose_evaluation.scores import HIPS_AND_KNEES
 from pose_sim.choreography import STILL
 from pose_sim.scene import SENSORS

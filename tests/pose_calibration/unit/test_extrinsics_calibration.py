@@ -13,9 +13,7 @@ from walking_person import (
     with_positions,
 )
 
-from pose_calibration.extrinsics.extrinsics_calibration import (
-    ExtrinsicsCalibrator,
-)
+from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_calibration.extrinsics.frame_memory import MAX_KEPT_FRAMES
 from pose_calibration.extrinsics.joint_refinement import body_axes
 from pose_calibration.extrinsics.parameters import CalibrationParameters

@@ -4,11 +4,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from pose_calibration.files.extrinsics_file import load_extrinsics, save_extrinsics
-from pose_calibration.imus.section import (
-    load_alignments,
-    load_alignments_if_any,
-    save_alignments,
-)
+from pose_calibration.imus.section import load_alignments, load_alignments_if_any, save_alignments
 from pose_core.errors import InputError
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.session.extrinsics import extrinsics_from_map

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_core.estimators.zhang2015 import (
-    fuse_limb,
-    fuse_trunk,
-    minimum_variance_weights,
-)
+from pose_core.estimators.zhang2015 import fuse_limb, fuse_trunk, minimum_variance_weights
 from pose_core.imu.imu_history import ImuHistory
 from pose_core.imu.imu_set import ImuSet
 from pose_core.streams.samples import ImuSample, block_of, joined

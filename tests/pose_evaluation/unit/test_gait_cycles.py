@@ -4,11 +4,7 @@ import pytest
 from pose_core.body.joint_angles import ANGLES
 from pose_core.streams.angle_series import AngleSeries
 from pose_evaluation.gait_cycles import cycle_curves, find_cycles
-from pose_evaluation.range_of_motion import (
-    ranges_of_motion,
-    smoothed,
-    symmetry_index_percent,
-)
+from pose_evaluation.range_of_motion import ranges_of_motion, smoothed, symmetry_index_percent
 
 RATE = 50.0
 

@@ -7,13 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exported_motion import (
-    FRAME_NS,
-    MODELS_BY_NAME,
-    START_NS,
-    root_rotation,
-    write_motion_bag,
-)
+from exported_motion import FRAME_NS, MODELS_BY_NAME, START_NS, root_rotation, write_motion_bag
 from scipy.spatial.transform import Rotation
 
 from pose_core.errors import InputError

@@ -9,12 +9,7 @@ from rich.console import Console
 
 from pose_core.joints import JOINT_INDEX
 from pose_fusion.watching.findings import Verdict, graph_findings
-from pose_fusion.watching.observation import (
-    GraphSnapshot,
-    TopicStatus,
-    TopicWatch,
-    TrackingWatch,
-)
+from pose_fusion.watching.observation import GraphSnapshot, TopicStatus, TopicWatch, TrackingWatch
 from pose_fusion.watching.terminal import page
 from pose_node.node_status import Level, NodeStatus
 

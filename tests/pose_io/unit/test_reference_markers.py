@@ -4,12 +4,7 @@ import pytest
 from pose_core.body.joint_angles import joint_angles
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX
-from pose_io.references.markers import (
-    KNEE_OFFSET_M,
-    MarkerSeries,
-    plain,
-    skeleton_of_markers,
-)
+from pose_io.references.markers import KNEE_OFFSET_M, MarkerSeries, plain, skeleton_of_markers
 
 STANDING = {  # x forward, y left, z up [m]
     "LASI": (0.05, 0.12, 1.00),

@@ -19,11 +19,7 @@ from pose_io.bags import open_bag
 from pose_io.references.reference import reference_of_skeleton
 from pose_view.report.analysis import analyse
 from pose_view.report.figures.canvas import thinned
-from pose_view.report.figures.courses import (
-    attitude_figures,
-    attitude_sources,
-    joint_figures,
-)
+from pose_view.report.figures.courses import attitude_figures, attitude_sources, joint_figures
 from pose_view.report.page.page import RAW, facts, notes, render_page, verdict
 from pose_view.report.report_data import Wanted, preferred, read_report_data
 

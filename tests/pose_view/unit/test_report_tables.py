@@ -9,11 +9,7 @@ from pose_core.streams.estimate_series import EstimateSeries
 from pose_evaluation.range_of_motion import AngleRange
 from pose_evaluation.scores import AngleScore, Evaluation, MethodScores
 from pose_evaluation.stability import BONES
-from pose_evaluation.table import (
-    nearest_zero,
-    number,
-    number_row,
-)
+from pose_evaluation.table import nearest_zero, number, number_row
 from pose_evaluation.uncertainty import Coverage
 from pose_view.report.tables.accuracy import accuracy_tables, coverage_table, overview_table
 from pose_view.report.tables.motion import peak_table, symmetry_table

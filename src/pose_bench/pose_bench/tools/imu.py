@@ -9,13 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress, TimeRemainingColumn
 
-from pose_bench.imu_accuracy import (
-    KINDS,
-    VARIANTS,
-    read_broad,
-    synthetic_errors,
-    trial_errors,
-)
+from pose_bench.imu_accuracy import KINDS, VARIANTS, read_broad, synthetic_errors, trial_errors
 from pose_bench.tools.showing import publish
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError

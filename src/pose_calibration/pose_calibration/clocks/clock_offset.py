@@ -12,12 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
-from pose_calibration.clocks.joint_delays import (
-    LAG_SPREAD_S,
-    UNKNOWN_DELAY,
-    Delay,
-    estimate_delay,
-)
+from pose_calibration.clocks.joint_delays import LAG_SPREAD_S, UNKNOWN_DELAY, Delay, estimate_delay
 from pose_calibration.clocks.motion_track import Track, track_of, without_slow
 from pose_calibration.geometry.rigid_transform import (
     CalibrationError,

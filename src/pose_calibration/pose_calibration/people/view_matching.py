@@ -16,14 +16,7 @@ from pose_calibration.geometry.rigid_transform import (
     CalibrationError,
     estimate_rigid_transform_robustly,
 )
-from pose_core.api import (
-    Clock,
-    Clocks,
-    FloatArray,
-    PeopleTracker,
-    SkeletonSample,
-    transformed,
-)
+from pose_core.api import Clock, Clocks, FloatArray, PeopleTracker, SkeletonSample, transformed
 from pose_core.finite_numbers import are_known
 from pose_core.joints import JOINTS
 

@@ -22,11 +22,7 @@ from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_PAIRS, JOINTS
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.joint_kinematics import (
-    BodyArrays,
-    compute_joint_velocities,
-    compute_joints,
-)
+from pose_core.kernels.joint_kinematics import BodyArrays, compute_joint_velocities, compute_joints
 
 LEFT_FOOT, RIGHT_FOOT = JOINT_PAIRS["foot"]
 STDDEV = 0.1  # [m/s] n along each axis

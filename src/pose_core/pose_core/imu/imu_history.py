@@ -9,13 +9,7 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray, rows_of
 from pose_core.imu.imu_rows import ImuRows
 from pose_core.kernels.compiling import type_specialised
-from pose_core.kernels.imu_rings import (
-    MAX_GAP_NS,
-    ImuRings,
-    ImuStates,
-    append_samples,
-    read_states,
-)
+from pose_core.kernels.imu_rings import MAX_GAP_NS, ImuRings, ImuStates, append_samples, read_states
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 

@@ -13,13 +13,7 @@ from tf2_msgs.msg import TFMessage
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult
 from pose_calibration.imus.parameters import ImuCalibrationParameters
-from pose_core.api import (
-    ChosenPerson,
-    Clock,
-    Extrinsics,
-    ImuBlock,
-    SkeletonSample,
-)
+from pose_core.api import ChosenPerson, Clock, Extrinsics, ImuBlock, SkeletonSample
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS

@@ -16,13 +16,7 @@ from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.compiling import type_specialised
 from pose_io.arrays import ByteArray, IntArray
-from pose_io.cdr.kernels import (
-    HEADER_SIZE,
-    MAX_RANGE,
-    PersonPlaces,
-    have_form,
-    read_person,
-)
+from pose_io.cdr.kernels import HEADER_SIZE, MAX_RANGE, PersonPlaces, have_form, read_person
 from pose_io.cdr.layout import Walker
 from pose_io.names import SKELETON_ARRAY, sensor_frame
 
