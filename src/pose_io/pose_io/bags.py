@@ -51,13 +51,13 @@ class BagReader:
     not depend on the bag's length.
     """
 
-    def __init__(self, path: Path, reader: AnyReader, temporary: Path | None = None) -> None:
+    def __init__(self, path: Path, reader: AnyReader, temporary: Path | None) -> None:
         self.path = path
         self._reader = reader
         self._temporary = temporary  # a folder that is removed when the bag is closed
         self._ours = reader.default_typestore or make_typestore()
         self.typestore: Typestore = reader.typestore
-        """The bag's own message definitions, or those given for it."""
+        """The bag's own message definitions; ours for a bag without any."""
         self.remarks: Sequence[str] = ()
         """Lines about frames that a recording of skeletons lost on its way into this bag."""
         self.topics: dict[str, BagTopic] = {}
@@ -180,13 +180,12 @@ class BagReader:
         self.close()
 
 
-def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
+def open_bag(path: Path | str) -> BagReader:
     """Open a bag: a rosbag2 folder, one ``.mcap`` or ``.db3`` file, or a recording of skeletons.
 
     Args:
         path: The folder or file; a recording is any that :mod:`pose_io.recordings` reads. It is
             converted to a temporary bag, which is removed when it is closed.
-        typestore: Definitions for a bag without its own; :func:`make_typestore` if None.
 
     Raises:
         InputError: If there is no file, or it is not a bag, damaged or empty.
@@ -208,15 +207,13 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
                 "files, 'ros2 bag reindex' makes the metadata.yaml)"
             )
         path = files[0]  # its recording was interrupted
-    return _open(path, path, typestore)
+    return _open(path, path)
 
 
-def _open(
-    path: Path, shown: Path, typestore: Typestore | None = None, temporary: Path | None = None
-) -> BagReader:
+def _open(path: Path, shown: Path, temporary: Path | None = None) -> BagReader:
     """Open a bag; messages name it by the path ``shown``."""
     try:
-        reader = AnyReader([path], default_typestore=typestore or make_typestore())
+        reader = AnyReader([path], default_typestore=make_typestore())
         reader.open()
         _find_chunks(reader)
     except Exception as error:  # damaged bytes may raise any exception
@@ -256,7 +253,7 @@ def _open_recording(path: Path) -> BagReader:
     temporary = Path(tempfile.mkdtemp(prefix="pose-recording-"))
     try:
         write_recording_bag(recording, temporary / "bag")
-        bag = _open(temporary / "bag", path, temporary=temporary)
+        bag = _open(temporary / "bag", path, temporary)
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise

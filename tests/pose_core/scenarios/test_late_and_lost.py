@@ -161,7 +161,8 @@ def test_a_new_pipeline_uses_the_alignment_of_the_previous_one(session):
     assert sorted(found) == sorted(IMU_SEGMENTS)
 
     parameters = PipelineParameters(output_rate=0.0)
-    after = Pipeline(parameters, extrinsics(), before.shape)
+    after = Pipeline(parameters, extrinsics())
+    after.use_shape(before.shape)
     after.use_sensor_to_segment(found)
     fused(after, samples[until[0] : until[1]])
     assert aligned(after) == sorted(IMU_SEGMENTS)

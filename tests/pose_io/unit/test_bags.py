@@ -5,6 +5,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from pose_core.errors import InputError
+from pose_io import bags
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.typestore import make_typestore
@@ -126,12 +127,13 @@ def test_a_latched_topic_is_recorded_as_latched(tmp_path, typestore):
         assert bag.topics["/urdf"].count == 1
 
 
-def test_definitions_are_read_from_the_bag_itself(tmp_path, typestore):
+def test_definitions_are_read_from_the_bag_itself(tmp_path, typestore, monkeypatch):
     # A reader that knows no types at all still understands what we recorded.
     from rosbags.typesys import Stores, get_typestore
 
     write_bag(tmp_path / "bag", [("/a", skeleton(typestore, person="somebody"), 1)])
-    with open_bag(tmp_path / "bag", typestore=get_typestore(Stores.EMPTY)) as bag:
+    monkeypatch.setattr(bags, "make_typestore", lambda: get_typestore(Stores.EMPTY))
+    with open_bag(tmp_path / "bag") as bag:
         (message,) = bag.messages()
         assert bag.deserialize(message).id == "somebody"
 

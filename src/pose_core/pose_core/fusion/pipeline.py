@@ -40,7 +40,6 @@ class Pipeline:
     Args:
         parameters: See :class:`PipelineParameters`.
         extrinsics: Poses of the sensors; may be set later (:meth:`use_extrinsics`).
-        shape: The person's body measures; measured from the first samples if None.
         is_live: Whether the caller requests estimates with :meth:`publish_until`. Otherwise,
             for a recording, they are returned when samples are added.
         make_estimator: Factory of the estimator; the class named in the parameters if None.
@@ -54,7 +53,6 @@ class Pipeline:
         self,
         parameters: PipelineParameters,
         extrinsics: Extrinsics | None = None,
-        shape: BodyShape | None = None,
         *,
         is_live: bool = False,
         make_estimator: EstimatorMaker | None = None,
@@ -76,8 +74,6 @@ class Pipeline:
         """Receives each block of estimates, live before the next frame; none is returned."""
         if extrinsics is not None:
             self.use_extrinsics(extrinsics)
-        if shape is not None:
-            self.use_shape(shape)
 
     @property
     def extrinsics(self) -> Extrinsics | None:
