@@ -163,7 +163,7 @@ def _read_trial(path: Path) -> Trial:
     )
 
 
-def filtered(trials: Sequence[Trial], variant: Variant, track: Track = iter) -> list[FloatArray]:
+def filtered(trials: Sequence[Trial], variant: Variant, track: Track) -> list[FloatArray]:
     """Orientations of a filter for each trial, processed in parallel, shape (n, 4) each."""
     filter_ = FILTERS[variant.parameters.filter](len(trials), variant.parameters)
     lengths = np.array([len(trial.judged) for trial in trials])
@@ -187,9 +187,7 @@ def filtered(trials: Sequence[Trial], variant: Variant, track: Track = iter) -> 
     return results
 
 
-def trial_errors(
-    trials: Sequence[Trial], variant: Variant, track: Track = iter
-) -> list[FloatArray]:
+def trial_errors(trials: Sequence[Trial], variant: Variant, track: Track) -> list[FloatArray]:
     """The errors of a filter on each trial."""
     found = zip(trials, filtered(trials, variant, track), strict=True)
     knows_heading = variant.knows_heading

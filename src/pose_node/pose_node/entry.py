@@ -37,7 +37,7 @@ class Interrupt:
             the compiler drops exceptions.
     """
 
-    def __init__(self, *, once: bool = False) -> None:
+    def __init__(self, *, once: bool) -> None:
         self.asked = False
         self.breaks_off = True
         self._once = once

@@ -131,7 +131,7 @@ class Body:
         return np.sum(shares * heights, axis=1), shares
 
 
-def neutral_angles(count: int = 1) -> dict[str, FloatArray]:
+def neutral_angles(count: int) -> dict[str, FloatArray]:
     """All angles zero, at ``count`` instants."""
     return {name: np.zeros(count) for name in BODY_ANGLES}
 

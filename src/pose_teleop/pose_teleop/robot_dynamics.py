@@ -33,7 +33,7 @@ class SimulatedArm:
         step_s: Time step of the integration [s].
     """
 
-    def __init__(self, arm: RobotArm, mass_error: float = 0.0, step_s: float = STEP_S) -> None:
+    def __init__(self, arm: RobotArm, mass_error: float, step_s: float = STEP_S) -> None:
         self._step_s = step_s
         self._pin = require("pinocchio")
         self._arm = arm

@@ -24,7 +24,7 @@ def errors_of(shared_data: Path):
 
     def run(variant: Variant) -> dict[str, dict[str, float]]:
         """Errors by trial and kind [deg]."""
-        found = trial_errors(trials, variant)
+        found = trial_errors(trials, variant, iter)
         return {
             trial.name: dict(zip(KINDS, each, strict=True))
             for trial, each in zip(trials, found, strict=True)

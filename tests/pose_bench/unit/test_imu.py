@@ -46,7 +46,7 @@ def test_a_resting_trial_has_no_error_with_any_filter(tmp_path: Path):
     resting_trial(tmp_path / "01_rest.mat")
     trials = read_broad(tmp_path)
     for variant in VARIANTS:
-        ((total, *_),) = trial_errors(trials, variant)
+        ((total, *_),) = trial_errors(trials, variant, iter)
         assert total < 0.1, variant.name
 
 

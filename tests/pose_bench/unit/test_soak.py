@@ -24,7 +24,7 @@ def person():
 
 @pytest.fixture(scope="module")
 def recording(person):
-    return steps_of(person)
+    return steps_of(person, is_light=False)
 
 
 def test_a_repeated_message_has_the_stamps_and_the_visitor_of_its_loop(recording):

@@ -33,7 +33,7 @@ def found(listener, name):
 
 
 def test_the_listener_reports_sensors_tracking_and_latency(ros_context, spin_until):
-    listener = ros_context.add(GraphListener())
+    listener = ros_context.add(GraphListener("listener"))
     talker = ros_context.make_node("kinect_left")
     publisher = talker.create_publisher(
         SkeletonArray, "kinect_left/skeletons", qos_profile_sensor_data
@@ -57,7 +57,7 @@ def test_the_listener_reports_sensors_tracking_and_latency(ros_context, spin_unt
 
 
 def test_the_listener_counts_the_publishers_of_a_topic(ros_context, spin_until):
-    listener = ros_context.add(GraphListener())
+    listener = ros_context.add(GraphListener("listener"))
     for name in ("kinect_left", "relay"):
         ros_context.make_node(name).create_publisher(SkeletonArray, "kinect_left/skeletons", 10)
     spin_until(
@@ -69,7 +69,7 @@ def test_the_listener_counts_the_publishers_of_a_topic(ros_context, spin_until):
 def test_the_listener_receives_its_own_messages_and_lists_no_node_of_its_own(
     ros_context, spin_until
 ):
-    listener = ros_context.add(GraphListener())
+    listener = ros_context.add(GraphListener("listener"))
     spin_until(lambda: listener.snapshot().hears_itself, what="its own message")
     assert listener.snapshot().nodes == ()
 
@@ -78,7 +78,7 @@ def test_the_listener_receives_its_own_messages_and_lists_no_node_of_its_own(
 def test_the_listener_reports_diagnostics_extrinsics_and_latency(
     ros_context, spin_until, namespace
 ):
-    listener = ros_context.add(GraphListener())
+    listener = ros_context.add(GraphListener("listener"))
     talker = ros_context.make_node("talker", namespace=namespace)
     diagnostics = talker.create_publisher(DiagnosticArray, "/diagnostics", 10)
     estimates = talker.create_publisher(PoseEstimate, "humans/bodies/me/estimate", 10)
@@ -102,7 +102,7 @@ def test_the_listener_reports_diagnostics_extrinsics_and_latency(
 
 
 def test_malformed_skeletons_are_counted_and_foreign_topics_ignored(ros_context, spin_until):
-    listener = ros_context.add(GraphListener())
+    listener = ros_context.add(GraphListener("listener"))
     talker = ros_context.make_node("talker")
     publisher = talker.create_publisher(SkeletonArray, "kinect_left/skeletons", 10)
     talker.create_publisher(String, "chatter", 10)

@@ -14,7 +14,7 @@ RIGID = [
 
 
 def posed(**degrees: float):
-    angles = neutral_angles()
+    angles = neutral_angles(1)
     for name, value in degrees.items():
         angles[name] = np.radians([value])
     return BODY.pose(angles)
@@ -38,7 +38,7 @@ def test_bone_lengths_stay_whatever_the_body_does():
 
 
 def test_bone_lengths_follow_the_height():
-    joints = BODY.pose(neutral_angles()).joints
+    joints = BODY.pose(neutral_angles(1)).joints
     assert distance(joints, "left_hip", "left_knee")[0] == pytest.approx(1.80 * THIGH)
     assert distance(joints, "right_knee", "right_foot")[0] == pytest.approx(1.80 * SHANK)
     assert distance(joints, "left_shoulder", "left_elbow")[0] == pytest.approx(1.80 * UPPER_ARM)

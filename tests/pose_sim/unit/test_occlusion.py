@@ -10,7 +10,7 @@ FRONT, BACK, LEFT = np.array([2.2, 0.0, 0.4]), np.array([-2.2, 0.0, 0.4]), np.ar
 
 
 def seen_from(camera, **degrees):
-    angles = neutral_angles()
+    angles = neutral_angles(1)
     for name, value in degrees.items():
         angles[name] = np.radians([value])
     blocked = hidden(BODY.pose(angles).joints, camera, BODY.height)[0]
@@ -41,7 +41,7 @@ def test_from_the_left_the_body_hides_the_right_side():
 
 def test_a_hand_before_the_chest_hides_what_is_behind_it():
     across = {"left_shoulder_flexion": 50.0, "left_elbow_flexion": 70.0}
-    joints = BODY.pose({**neutral_angles(), **{k: np.radians([v]) for k, v in across.items()}})
+    joints = BODY.pose({**neutral_angles(1), **{k: np.radians([v]) for k, v in across.items()}})
     hand = joints.joints[0, JOINT_INDEX["left_hand"]]
     shoulder = joints.joints[0, JOINT_INDEX["left_shoulder"]]
     camera = shoulder + 2.0 * (hand - shoulder) / np.linalg.norm(hand - shoulder)
@@ -50,7 +50,7 @@ def test_a_hand_before_the_chest_hides_what_is_behind_it():
 
 @pytest.mark.parametrize("shift", [np.zeros(3), np.array([3.0, -2.0, 1.0])])
 def test_only_the_places_relative_to_the_camera_matter(shift):
-    joints = BODY.pose(neutral_angles()).joints
+    joints = BODY.pose(neutral_angles(1)).joints
     assert np.allclose(
         hidden(joints + shift, LEFT + shift, BODY.height), hidden(joints, LEFT, BODY.height)
     )

@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 1 if broken else 0
 
 
-def operate(*, is_light: bool = False) -> Iterator[Measurement]:
+def operate(*, is_light: bool) -> Iterator[Measurement]:
     """Operate without end; yields after each :data:`PERIOD_NS` of the session."""
     person = captured_person()
     alone, visited = steps_of(person, is_light)

@@ -26,7 +26,7 @@ Steps = Sequence[Sequence[tuple[str, bytes]]]
 :data:`STEP_NS` of a loop that starts at ``START_NS``."""
 
 
-def steps_of(session: CapturedSession, is_light: bool = False) -> tuple[Steps, Steps]:
+def steps_of(session: CapturedSession, is_light: bool) -> tuple[Steps, Steps]:
     """The messages of a session of one person, and the same with a visitor.
 
     Args:

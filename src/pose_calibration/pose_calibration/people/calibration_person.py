@@ -66,7 +66,7 @@ class CalibrationPerson:
         person: The person's id in all sensors; if empty, selected as above.
     """
 
-    def __init__(self, sensors: Sequence[str], person: str = "") -> None:
+    def __init__(self, sensors: Sequence[str], person: str) -> None:
         self.counters = Counters(
             "nobody_seen", "chosen", "other_person", "held_frames", "matched", "not_matched"
         )

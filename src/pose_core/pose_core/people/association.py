@@ -40,7 +40,7 @@ def associate(
     frame: Sequence[SkeletonSample],
     positions: FloatArray,
     stamp_ns: int,
-    rough_m: float = 0.0,
+    rough_m: float,
 ) -> tuple[list[tuple[int, int]], NDArray[np.bool_]]:
     """Assign a frame's skeletons to persons.
 

@@ -37,7 +37,7 @@ class PersonChoice:
         number: Of the chosen person; None while there is none.
     """
 
-    def __init__(self, rule: str = FIRST, wearer: WearerSearch | None = None) -> None:
+    def __init__(self, rule: str, wearer: WearerSearch | None = None) -> None:
         self.rule = rule or FIRST
         self._wearer = wearer or WearerSearch()
         self.number: int | None = None

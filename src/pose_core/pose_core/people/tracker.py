@@ -77,7 +77,7 @@ class PeopleTracker(TrackManager):
         return next((track for track in self.tracks if track.number == number), None)
 
     def place_sensors(
-        self, T_common_sensor: Mapping[str, FloatArray], clocks: Clocks, rough_m: float = 0.0
+        self, T_common_sensor: Mapping[str, FloatArray], clocks: Clocks, rough_m: float
     ) -> None:
         """Use these poses and clocks; if a sensor has been moved, all tracks restart.
 

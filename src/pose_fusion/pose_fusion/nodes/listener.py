@@ -42,7 +42,7 @@ PROBE = "~/probe"
 class GraphListener(Node):
     """Subscribes to all our topics that appear, and collects statistics."""
 
-    def __init__(self, name: str = "listener", **options: Any) -> None:
+    def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, **options)
         self.counters = Counters("malformed_messages", "unknown_types")
         self._watches: dict[str, TopicWatch] = {}
