@@ -23,7 +23,6 @@ from pose_core.api import (
     PipelineParameters,
     SkeletonSample,
     SkeletonSeries,
-    angle_series,
     extrinsics_from_map,
     run_first_pass,
 )
@@ -34,6 +33,7 @@ from pose_core.streams.samples import block_of
 from pose_evaluation.offline import MethodRun, MethodSetup, run_pipeline, tracked_series
 from pose_evaluation.scores import MethodScores, score_method
 from pose_evaluation.uncertainty import mean_coverage, uncertainty_coverage
+from pose_io.references.reference import Reference, reference_of_skeleton
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.session import (
     SENSORS,
@@ -140,10 +140,11 @@ def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[C
     """Simulate a session, run methods on it and score them; failures have the reason."""
     session = make_captured_session(spec)
     whole = truth_of(session)
-    truth = whole.between(stamp_of(EVALUATED_FROM_S), int(whole.stamps_ns[-1]))
-    if not len(truth):
+    evaluated = whole.between(stamp_of(EVALUATED_FROM_S), int(whole.stamps_ns[-1]))
+    if not len(evaluated):
         error = f"too short: judged from {EVALUATED_FROM_S:g} s on"
         return [replace(_unscored(spec, method), error=error) for method in methods]
+    truth = reference_of_skeleton("the truth", evaluated, synthetic=True)
     baseline_method = next(method for method in METHODS if method.name == BASELINE)
     baseline_run = run_method(session, baseline_method, true_extrinsics(session))
     baseline = score_method(BASELINE, baseline_run[0].series, truth)
@@ -204,10 +205,10 @@ def _unscored(spec: CapturedSpec, method: CapturedMethod) -> CapturedScore:
     )
 
 
-def _figures(run: MethodRun, truth: SkeletonSeries, baseline: MethodScores) -> dict[str, Any]:
+def _figures(run: MethodRun, truth: Reference, baseline: MethodScores) -> dict[str, Any]:
     """A method's figures, by the fields of a score."""
     scores = score_method("", run.series, truth)
-    within = mean_coverage(uncertainty_coverage(run.estimates, angle_series(truth), scores.shift_s))
+    within = mean_coverage(uncertainty_coverage(run.estimates, truth.angles, scores.shift_s))
     return {
         "rmse_deg": scores.mean_rmse_deg,
         "hip_knee_deg": scores.mean_leg_rmse_deg,

@@ -28,9 +28,8 @@ from pose_core.joints import JOINT_INDEX
 from pose_evaluation.stability import Stability, bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
 from pose_io.arrays import BoolArray
-from pose_io.references.reference import Reference, reference_of_skeleton
+from pose_io.references.reference import Reference
 
-ReferenceSeries = SkeletonSeries | Reference
 HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
 """The six angles of li2020's tables."""
 MIN_OVERLAP_S = 1.0  # [s] smallest common time for an evaluation
@@ -133,9 +132,7 @@ def evaluate(methods: Mapping[str, SkeletonSeries], reference: Reference) -> Eva
     )
 
 
-def common_window(
-    reference: ReferenceSeries, methods: Mapping[str, SkeletonSeries]
-) -> ReferenceSeries:
+def common_window(reference: Reference, methods: Mapping[str, SkeletonSeries]) -> Reference:
     """The part of the reference between the first and last sample of every method.
 
     Raises:
@@ -159,10 +156,8 @@ def common_window(
     return reference.between(begin_ns, end_ns)
 
 
-def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) -> MethodScores:
+def score_method(name: str, series: SkeletonSeries, reference: Reference) -> MethodScores:
     """Compare one method with a reference, at the reference's instants inside their overlap."""
-    if isinstance(reference, SkeletonSeries):
-        reference = reference_of_skeleton("", reference)
     known, joints = reference.angles, reference.skeleton
     shift_s = estimate_angle_shift(angle_series(series), known)
     positions = series.shifted(-shift_s).at(reference.stamps_ns)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from pose_bench.captured import METHODS, run_method, true_extrinsics, truth_of
 from pose_bench.captured_suite import captured_specs
 from pose_evaluation.scores import score_method
+from pose_io.references.reference import reference_of_skeleton
 from pose_sim.captured.session import make_captured_session
 
 LYING = "left_forearm"
@@ -25,7 +26,9 @@ def session():
 def run(session):
     """RMS error of the angles [deg], and the uses of the IMUs by segment."""
     made, pipeline = run_method(session, WITH_IMUS, true_extrinsics(session))
-    score = score_method("default+imus", made.series, truth_of(session))
+    score = score_method(
+        "default+imus", made.series, reference_of_skeleton("truth", truth_of(session))
+    )
     return score.mean_rmse_deg, {use.segment: use for use in pipeline.imu_uses}
 
 

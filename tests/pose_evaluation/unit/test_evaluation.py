@@ -17,6 +17,10 @@ from pose_evaluation.time_shift import estimate_time_shift
 from pose_io.references.reference import reference_of_skeleton
 
 
+def truth(**kind):
+    return reference_of_skeleton("truth", motion(**kind))
+
+
 @pytest.mark.parametrize("shift_s", [0.0437, -0.1212, 0.0])
 def test_a_time_shift_is_found_below_the_frame_period(shift_s):
     method = motion(rate=30.0, duration_s=11.0, begin_s=0.5).shifted(shift_s)
@@ -50,7 +54,7 @@ def test_recordings_apart_in_time_have_no_time_shift():
 
 
 def test_a_perfect_method_has_no_error():
-    scores = score_method("perfect", motion(rate=50.0), motion(rate=50.0))
+    scores = score_method("perfect", motion(rate=50.0), truth(rate=50.0))
     assert scores.mean_rmse_deg == pytest.approx(0.0, abs=1e-6)
     assert scores.mpjpe_mm == pytest.approx(0.0, abs=1e-6)
     assert scores.mean_r == pytest.approx(1.0)
@@ -61,7 +65,7 @@ def test_the_frame_and_the_delay_of_a_method_do_not_count():
     away = np.eye(4)
     away[:3, :3] = Rotation.random(random_state=3).as_matrix()
     away[:3, 3] = 5.0, -3.0, 2.0
-    scores = score_method("far", motion(rate=100.0).transformed(away).shifted(0.15), motion())
+    scores = score_method("far", motion(rate=100.0).transformed(away).shifted(0.15), truth())
     assert scores.shift_s == pytest.approx(0.15, abs=0.001)
     assert scores.mean_rmse_deg < 0.1
     assert scores.mpjpe_mm < 1.0
@@ -120,7 +124,7 @@ def test_flexion_is_left_out_while_the_reference_points_sideways():
     raise_limb(
         reference.positions, "left_shoulder", ["left_elbow", "left_hand"], abduction, abduct=True
     )
-    scores = score_method("same", reference, reference)
+    scores = score_method("same", reference, reference_of_skeleton("truth", reference))
     below = int((np.degrees(abduction) <= 60.0).sum())
     assert scores.angles["left_shoulder_flexion"].samples == below
     assert scores.angles["left_shoulder_abduction"].samples == len(reference)
@@ -139,8 +143,7 @@ def test_one_wrong_joint_is_one_joint_s_error():
 
 def test_methods_are_compared_over_the_time_they_have_in_common():
     early, late = motion(duration_s=8.0), motion(duration_s=9.0, begin_s=3.0)
-    truth = reference_of_skeleton("truth", motion())
-    evaluation = evaluate({"early": early, "late": late}, truth)
+    evaluation = evaluate({"early": early, "late": late}, truth())
     assert evaluation.duration_s == pytest.approx(5.0, abs=0.05)
     assert evaluation.method("late").coverage == pytest.approx(1.0, abs=0.01)
     assert set(evaluation.method("early").angles) == set(ANGLES)
@@ -149,16 +152,16 @@ def test_methods_are_compared_over_the_time_they_have_in_common():
 def test_gaps_of_a_method_lower_its_coverage():
     method = motion(rate=30.0)
     method.positions[100:200] = np.nan
-    scores = score_method("gappy", method, motion(rate=50.0))
+    scores = score_method("gappy", method, truth(rate=50.0))
     assert scores.coverage == pytest.approx(1.0 - 100 / len(method), abs=0.03)
 
 
 def test_recordings_without_overlap_are_refused():
     with pytest.raises(InputError, match=r"do not overlap.*fused 20\.0 to 32\.0 s"):
-        common_window(motion(), {"fused": motion(begin_s=20.0)})
+        common_window(truth(), {"fused": motion(begin_s=20.0)})
 
 
 def test_a_method_without_skeletons_is_refused_by_name():
     nothing = motion().between(-2, -1)
     with pytest.raises(InputError, match="fused has no skeletons"):
-        common_window(motion(), {"fused": nothing})
+        common_window(truth(), {"fused": nothing})

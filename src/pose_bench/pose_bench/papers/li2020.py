@@ -13,6 +13,7 @@ from pose_core.finite_numbers import mean_known
 from pose_evaluation.offline import MethodSetup, run_methods
 from pose_evaluation.scores import score_method
 from pose_evaluation.table import Table, number_row
+from pose_io.references.reference import reference_of_skeleton
 
 LEG_ANGLES = ("hip_flexion", "hip_abduction", "knee_flexion")
 ANGLES = [f"{side}_{name}" for name in LEG_ANGLES for side in ("right", "left")]
@@ -78,8 +79,9 @@ def _scores(choreography: str, level: str, seed: int) -> dict[str, dict[str, tup
     )
     setups = [MethodSetup(name=name, estimator=name) for name in OUR_METHODS]
     sensors = session.extrinsics.sensors
+    truth = reference_of_skeleton("the truth", session.evaluated_truth)
     scores = {}
     for name, run in run_methods(session.samples, setups, sensors, session.extrinsics).items():
-        angles = score_method(name, run.series, session.evaluated_truth).angles
+        angles = score_method(name, run.series, truth).angles
         scores[name] = {each: (angles[each].r, angles[each].rmse_deg) for each in ANGLES}
     return scores

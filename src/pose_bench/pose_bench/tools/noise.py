@@ -17,6 +17,7 @@ from pose_evaluation.agreement import view_agreement
 from pose_evaluation.scores import HIPS_AND_KNEES as LEGS, score_method
 from pose_evaluation.stability import bone_length_cv_percent
 from pose_evaluation.table import Table, text_row
+from pose_io.references.reference import reference_of_skeleton
 from pose_sim.captured.session import START_NS
 from pose_sim.choreography import STILL
 from pose_sim.scene import SENSORS, SceneParameters
@@ -88,7 +89,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def angle_error(session: BenchSession, sensor: str, names: Sequence[str]) -> tuple[float, float]:
     """RMSE [deg] and Pearson's r of a sensor's angles, means over the angles."""
-    angles = score_method(sensor, _view(session, sensor), session.evaluated_truth).angles
+    truth = reference_of_skeleton("the truth", session.evaluated_truth)
+    angles = score_method(sensor, _view(session, sensor), truth).angles
     scores = [angles[name] for name in names]
     return mean_known([each.rmse_deg for each in scores]), mean_known([each.r for each in scores])
 
