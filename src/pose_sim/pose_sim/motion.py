@@ -36,12 +36,9 @@ class Motion:
     pose: BodyPoses
 
     @cached_property
-    def _joints(self) -> CubicSpline:
-        return CubicSpline(self.times, self.pose.joints)
-
-    def joints_at(self, times: FloatArray) -> FloatArray:
+    def joints_at(self) -> CubicSpline:
         """Joint positions [m] in ``map`` at times [s], shape (m,) to (m, 15, 3)."""
-        return self._joints(times)
+        return CubicSpline(self.times, self.pose.joints)
 
     def segment(self, segment: str, offset: FloatArray) -> "SegmentPath":
         """The path of a segment and of a point fixed to it (``offset`` [m] in its frame)."""
