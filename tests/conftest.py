@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 import psutil
 import pytest
 from checked_kernels import check_settled_kernels
-from patience import PATIENCE_S
+from patience import PATIENCE_S, POLL_S, wait_until
 
 if TYPE_CHECKING:
     from browser import LocalBrowser
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[1]
 DOMAINS = range(1, 102)
 """Above 101 the ports of a domain reach into Linux's ephemeral range."""
-POLL_S = 0.02
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell's background job ignores SIGINT, and so would every process that tests start.
@@ -61,15 +60,6 @@ def kept_library_path() -> None:
     """Processes that a test starts find ROS's libraries, whatever a library set before them."""
     if LIBRARY_PATH is not None:
         os.environ["LD_LIBRARY_PATH"] = LIBRARY_PATH
-
-
-def wait_until(condition: Callable[[], Any], timeout_s: float = PATIENCE_S, what: str = "") -> None:
-    """Wait until the condition holds; an AssertionError after the deadline."""
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline:
-            raise AssertionError(f"waited {timeout_s:g} s in vain for {what or 'the condition'}")
-        time.sleep(POLL_S)
 
 
 # -- domains ------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from patience import PATIENCE_S
+from patience import wait_until
 
 from imu_bridge.serial_source import PortState, SerialSource
 from pose_core.errors import InputError
@@ -56,13 +56,6 @@ def open_source() -> Iterator[Callable[..., SerialSource]]:
         source.close()
 
 
-def wait_for(condition: Callable[[], object], timeout_s: float = PATIENCE_S) -> None:
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
-        time.sleep(0.005)
-
-
 def receive(source: SerialSource, count: int) -> bytes:
     received = b""
 
@@ -71,7 +64,7 @@ def receive(source: SerialSource, count: int) -> bytes:
         received += b"".join(chunk.data for chunk in source.take())
         return len(received) >= count
 
-    wait_for(enough)
+    wait_until(enough)
     return received
 
 
@@ -79,7 +72,7 @@ def test_bytes_arrive_whole_and_stamped(device: Device, open_source):
     source = open_source(device.link, clock=lambda: 1234)
     device.send(bytes(range(256)))
     chunks = []
-    wait_for(lambda: chunks.extend(source.take()) or sum(len(c.data) for c in chunks) == 256)
+    wait_until(lambda: chunks.extend(source.take()) or sum(len(c.data) for c in chunks) == 256)
     assert b"".join(chunk.data for chunk in chunks) == bytes(range(256))
     assert {chunk.arrival_ns for chunk in chunks} == {1234}
     assert source.counters["bytes"] == 256
@@ -88,10 +81,10 @@ def test_bytes_arrive_whole_and_stamped(device: Device, open_source):
 def test_arrival_is_notified(device: Device, open_source):
     notified = []
     source = open_source(device.link, notify=lambda: notified.append(True))
-    wait_for(lambda: source.state is PortState.OPEN)
+    wait_until(lambda: source.state is PortState.OPEN)
     before = len(notified)
     device.send(b"x")
-    wait_for(lambda: len(notified) > before)
+    wait_until(lambda: len(notified) > before)
     assert source.take()[0].data == b"x"
 
 
@@ -124,7 +117,7 @@ def test_a_port_is_waited_for(open_source, tmp_path: Path):
     assert source.state is PortState.WAITING
     device = Device(link)
     device_bytes = b"here at last"
-    wait_for(lambda: source.state is PortState.OPEN)
+    wait_until(lambda: source.state is PortState.OPEN)
     device.send(device_bytes)
     assert receive(source, len(device_bytes)) == device_bytes
     device.unplug()
@@ -132,7 +125,7 @@ def test_a_port_is_waited_for(open_source, tmp_path: Path):
 
 def test_a_port_that_never_comes_is_an_error(open_source, tmp_path: Path):
     source = open_source(tmp_path / "never", wait_s=0.2)
-    wait_for(lambda: source.state is PortState.FAILED)
+    wait_until(lambda: source.state is PortState.FAILED)
     with pytest.raises(InputError, match=r"never.*waited 0\.2 s"):
         source.take()
 
@@ -142,10 +135,10 @@ def test_a_port_that_vanishes_is_reopened_when_it_is_back(device: Device, open_s
     device.send(b"before")
     assert receive(source, 6) == b"before"
     device.unplug()
-    wait_for(lambda: source.state is PortState.LOST)
+    wait_until(lambda: source.state is PortState.LOST)
     assert [chunk.data for chunk in source.take()] == [b""]  # the stream is cut here
     back = Device(device.link)
-    wait_for(lambda: source.state is PortState.OPEN)
+    wait_until(lambda: source.state is PortState.OPEN)
     back.send(b"after")
     assert receive(source, 5) == b"after"
     assert source.counters["port_losses"] == 1
@@ -155,7 +148,7 @@ def test_a_port_that_vanishes_is_reopened_when_it_is_back(device: Device, open_s
 def test_closing_ends_the_thread_even_while_the_port_is_lost(device: Device, open_source):
     source = open_source(device.link)
     device.unplug()
-    wait_for(lambda: source.state is PortState.LOST)
+    wait_until(lambda: source.state is PortState.LOST)
     source.close()
     assert source.state is PortState.CLOSED
 
@@ -164,9 +157,9 @@ def test_bytes_that_are_not_read_are_counted(device: Device, open_source, monkey
     monkeypatch.setattr("imu_bridge.serial_source.QUEUE_CHUNKS", 1)
     source = open_source(device.link)
     device.send(b"first")
-    wait_for(lambda: source.counters["bytes"] == 5)
+    wait_until(lambda: source.counters["bytes"] == 5)
     device.send(b"second")
-    wait_for(lambda: source.counters["chunks_dropped"] == 1)
+    wait_until(lambda: source.counters["chunks_dropped"] == 1)
     assert receive(source, 5) == b"first"
 
 
@@ -177,4 +170,4 @@ def test_a_network_port_is_read(open_source):
         with connection:
             connection.sendall(b"over the network")
             assert receive(source, 16) == b"over the network"
-        wait_for(lambda: source.state is PortState.LOST)
+        wait_until(lambda: source.state is PortState.LOST)

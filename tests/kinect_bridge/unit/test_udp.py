@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from patience import PATIENCE_S
+from patience import PATIENCE_S, wait_until
 
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.udp import UdpSource
@@ -197,19 +197,12 @@ def test_a_port_in_use_is_reported(udp):
         udp(udp_port=port)
 
 
-def wait_for(condition) -> None:
-    deadline = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-
-
 def test_a_real_socket_wakes_the_node(udp):
     source, woken = udp(), []
     source.start(time.time_ns, lambda: woken.append(1))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.sendto(json.dumps(frame()).encode(), ("127.0.0.1", port_of(source)))
-        wait_for(lambda: woken)
+        wait_until(lambda: woken)
 
     assert source.take().person == ("anna",)
     assert source.report().message == "receiving from udp"
@@ -222,7 +215,7 @@ def test_the_example_sender_streams_a_recording(udp):
     command = [sys.executable, example, CSV, "--sensor", "right", "--port", str(port_of(source))]
 
     subprocess.run([*command, "--rate", "20"], check=True, timeout=PATIENCE_S)
-    wait_for(lambda: len(frames) == 6)
+    wait_until(lambda: len(frames) == 6)
 
     assert [each.person for each in frames] == [("anna",)] * 4 + [("anna", "ben"), ("anna",)]
     shoulder = frames[0].positions[0, JOINTS.index("left_shoulder")]

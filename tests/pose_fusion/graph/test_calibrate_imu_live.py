@@ -4,19 +4,15 @@ import re
 import time
 
 import pytest
-from ament_index_python.packages import get_package_prefix
 from patience import PATIENCE_S
 
 from pose_calibration.imus.section import load_alignments
 from pose_fusion.tools.demo_run import first_lead_s
+from pose_node.child_process import executable
 
 pytestmark = pytest.mark.graph
 
 GENERATING_S = 6.0  # the session is made, and all processes are up, in the time until its start
-
-
-def executable(package, name):
-    return f"{get_package_prefix(package)}/lib/{package}/{name}"
 
 
 def test_n_pose_and_motion_give_an_alignment_file_and_the_tool_ends(start_process, tmp_path):

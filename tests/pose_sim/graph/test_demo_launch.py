@@ -3,10 +3,10 @@
 import time
 
 import pytest
-from ament_index_python.packages import get_package_prefix
 
 from pose_fusion.tools.demo_run import first_lead_s
 from pose_io.bags import open_bag
+from pose_node.child_process import executable
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 
@@ -17,10 +17,6 @@ LEAST = {  # messages, of a session of six seconds
     "/imu_left_thigh/data_raw": 100,
 }
 ROUNDS = 3  # each with twice the time for the nodes to start: a machine may become busy meanwhile
-
-
-def executable(package, name):
-    return f"{get_package_prefix(package)}/lib/{package}/{name}"
 
 
 def recorded(start_process, session, bag, lead_s):

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ament_index_python.packages import get_package_prefix
 from hosts import make_hosts
 from patience import skip_if_overloaded
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
@@ -22,6 +21,7 @@ from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_core.streams.clocks import Clock
 from pose_io.bags import open_bag
+from pose_node.child_process import executable
 
 ROOT = Path(__file__).parents[3]
 HOSTS = ("left", "right", "fusion")
@@ -87,10 +87,6 @@ def start_on(hosts, start_process):
         return start_process(hosts.command(host, command), env=environment, **options)
 
     return start
-
-
-def executable(package, name):
-    return f"{get_package_prefix(package)}/lib/{package}/{name}"
 
 
 def write_recording(path):
