@@ -11,10 +11,11 @@ from pose_core.estimates.observation import Observation
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.imu_state import (
     CONTRADICTED_S,
+    RESTRAPPED_NS,
     after_gap,
     alignment_of,
-    has_turned,
     is_contradicted,
+    must_be_realigned,
     north_of,
 )
 from pose_core.filter.layout import rotation_column
@@ -42,9 +43,6 @@ from pose_core.stamps import NS_PER_S
 SOLVE_PERIOD_NS = NS_PER_S // 2
 MISLED_STDDEV = 1.0  # [rad] of the link that such an IMU has turned
 MAX_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
-UNCHECKED_NS = NS_PER_S // 10  # [ns] over a longer gap, no gyroscope checks the orientation
-RESTARTED_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
-RESTRAPPED_NS = 2 * NS_PER_S  # [ns] over a longer one, it may have been strapped on anew
 COVARIANCE_FACTOR = 0.7  # [-] of an alignment's covariance passed to the filter
 SYSTEMATIC_STDDEV = np.radians([2.3, 2.3, 3.5, 3.0])
 """[rad] of sensor-to-segment rotation and heading by trackers' offsets and soft tissue, which the
@@ -152,11 +150,7 @@ class ImuAlignments:
                 heading = state.imus.column[worn.link] + 3
                 walks.append((int(heading), walk**2 * max(gap_ns, 0) / NS_PER_S))
                 state.P[heading, heading] += walks[-1][1]
-            if (
-                gap_ns > RESTRAPPED_NS
-                or (gap_ns > RESTARTED_NS and not worn.knows_north)
-                or (gap_ns > UNCHECKED_NS and has_turned(worn, imus.R_world_sensor[row], state))
-            ):
+            if must_be_realigned(worn, gap_ns, imus.R_world_sensor[row], state):
                 if worn.use.is_aligned:
                     worn.former_alignment = after_gap(self._alignment_of(worn, state), gap_ns)
                     worn.may_be_restrapped = gap_ns > RESTRAPPED_NS

@@ -13,6 +13,9 @@ from pose_core.filter.worn_imus import WornImu
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.stamps import NS_PER_S
 
+UNCHECKED_NS = NS_PER_S // 10  # [ns] over a longer gap, no gyroscope checks the orientation
+RESTARTED_NS = 3 * NS_PER_S // 10  # [ns] over a longer gap, a device may have restarted
+RESTRAPPED_NS = 2 * NS_PER_S  # [ns] over a longer one, it may have been strapped on anew
 CONTRADICTED_S = 0.25  # [s] of contradiction by the cameras after which an IMU is realigned
 STRAP_WALK = np.radians(3.0)  # [rad/s] of the sensor-to-segment rotation in a gap
 MAX_STRAP_WALK = np.radians(12.0)  # [rad]
@@ -38,6 +41,24 @@ def after_gap(alignment: SensorToSegment, gap_ns: int) -> SensorToSegment:
     """An alignment after a gap, in which the sensor may have been moved."""
     moved = min(STRAP_WALK * gap_ns / NS_PER_S, MAX_STRAP_WALK)
     return replace(alignment, stddev=np.hypot(alignment.stddev, moved))
+
+
+def must_be_realigned(
+    worn: WornImu, gap_ns: int, R_world_sensor: FloatArray, state: FilterState
+) -> bool:
+    """Whether an IMU has to be realigned after a gap: its world or its place may have changed.
+
+    Args:
+        worn: The IMU.
+        gap_ns: Time since its last sample [ns].
+        R_world_sensor: Its orientation after the gap, (3, 3).
+        state: State of the filter, predicted over the gap.
+    """
+    return (
+        gap_ns > RESTRAPPED_NS
+        or (gap_ns > RESTARTED_NS and not worn.knows_north)
+        or (gap_ns > UNCHECKED_NS and has_turned(worn, R_world_sensor, state))
+    )
 
 
 def has_turned(worn: WornImu, R_world_sensor: FloatArray, state: FilterState) -> bool:
