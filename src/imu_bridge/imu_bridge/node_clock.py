@@ -9,9 +9,8 @@ from typing import NamedTuple
 from imu_bridge.sequence import signed
 from pose_core.counters import Counters
 from pose_core.lower_line import LowerLine
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S, NS_PER_US
 
-NS_PER_US = 1000
 JUMP_NS = 5 * NS_PER_S  # [ns] difference from which on a clock has jumped: the node restarted
 HOLD_NS = 1000  # [ns] step of a stamp that would otherwise decrease
 COUNTED_SKEW = 0.2  # [-] relative error of a period estimated from a few arrivals

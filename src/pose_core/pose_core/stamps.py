@@ -4,6 +4,7 @@ import struct
 from typing import Any
 
 NS_PER_S = 1_000_000_000
+NS_PER_US = 1_000
 JUMP_BACK_NS = NS_PER_S  # [ns] a larger step back means that a recording has restarted
 CDR_STAMP = struct.Struct("<iI")  # little endian
 CDR_STAMP_AT = 4  # [bytes] behind the encapsulation

@@ -26,9 +26,9 @@ from kinect_bridge.sources.nite2_library import (
     TrackerFrame,
 )
 from pose_core.errors import ParameterError
+from pose_core.stamps import NS_PER_US
 from pose_io.recordings.joint_map_files import find_joint_map
 
-NS_PER_US = 1000
 SILENCE_S = 2.0  # [s] without a frame after which the sensor is lost
 RETRY_S = 1.0  # [s] between attempts to open it
 LOST = 4  # NiteUserState, a bit

@@ -6,6 +6,7 @@ in mm, ``(c)`` is the SDK's confidence level from 0 to 3. There is no host clock
 
 from pathlib import Path
 
+from pose_core.stamps import NS_PER_US
 from pose_io.recordings.formats.format import Format
 from pose_io.recordings.formats.sdk_rows import SdkRows
 from pose_io.recordings.formats.table import read_table
@@ -13,7 +14,6 @@ from pose_io.recordings.joint_map_files import shipped_joint_map
 from pose_io.recordings.recording import Recording
 
 NAME = "azure_csv"
-NS_PER_US = 1000
 AZURE_KINECT = shipped_joint_map("azure_kinect")
 USED = ("timestamp", "body_idx")
 JOINT_COLUMNS = tuple(f"{joint} ({value})" for joint in AZURE_KINECT.joints for value in "xyzc")

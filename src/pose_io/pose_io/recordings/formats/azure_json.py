@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 
 from pose_core.errors import InputError
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S, NS_PER_US
 from pose_io.recordings.formats.file_content import read_content
 from pose_io.recordings.formats.format import Format
 from pose_io.recordings.formats.sdk_rows import MAX_PEOPLE, SdkRows
@@ -22,7 +22,6 @@ from pose_io.recordings.joint_map_files import shipped_joint_map
 from pose_io.recordings.recording import Recording
 
 NAME = "azure_json"
-NS_PER_US = 1000
 PERSON = "0"  # of a file a frame
 FRAME_FILE = re.compile(r"sk_(\d{1,12})_(\d{1,15})\.txt")
 MAX_FRAME_BYTES = 65_536  # of a file a frame
