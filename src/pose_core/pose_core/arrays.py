@@ -1,4 +1,4 @@
-"""The array type of all continuous quantities, tables of arrays, and directions."""
+"""The array type of all continuous quantities, tables of arrays, directions, quaternions."""
 
 from typing import Any, TypeVar
 
@@ -28,3 +28,9 @@ def unit_vectors(vectors: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore", divide="ignore"):
         directions: FloatArray = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
     return directions
+
+
+def without_sign_changes(quaternions: FloatArray) -> FloatArray:
+    """The same rotations with no change of sign from one quaternion to the next, shape (n, 4)."""
+    flips = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0
+    return quaternions * np.cumprod([1.0, *np.where(flips, -1.0, 1.0)])[:, None]

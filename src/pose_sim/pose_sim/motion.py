@@ -9,10 +9,10 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, without_sign_changes
 from pose_core.joints import SIDES
 from pose_sim.body import BODY_ANGLES, BodyPoses
-from pose_sim.rotations import continuous_quaternions, rotate
+from pose_sim.rotations import rotate
 from pose_sim.timeline import AngleTimeline, minimum_jerk
 
 GRID_RATE = 200.0  # [Hz] of the splines' nodes
@@ -47,7 +47,9 @@ class Motion:
         return SegmentPath(
             # Fifth order, for a smooth acceleration of the point.
             position=make_interp_spline(self.times, self.pose.origins[segment] + turned, k=5),
-            quaternion=CubicSpline(self.times, continuous_quaternions(rotations)),
+            quaternion=CubicSpline(
+                self.times, without_sign_changes(Rotation.from_matrix(rotations).as_quat())
+            ),
         )
 
 

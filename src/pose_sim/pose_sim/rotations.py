@@ -1,7 +1,6 @@
-"""Rotations about single axes, and quaternions over time, for many instants at once."""
+"""Rotations about single axes, for many instants at once."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_core.arrays import FloatArray
 
@@ -38,11 +37,3 @@ def _about(axis: int, angle: FloatArray) -> FloatArray:
 def rotate(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     """Rotate vectors (..., 3) by matrices (..., 3, 3)."""
     return (matrices @ vectors[..., None])[..., 0]
-
-
-def continuous_quaternions(matrices: FloatArray) -> FloatArray:
-    """Quaternions (n, 4), x y z w, of matrices (n, 3, 3), without sign changes."""
-    quaternions = Rotation.from_matrix(matrices).as_quat()
-    flips = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0
-    signs = np.where(np.cumsum(np.concatenate(([0], flips))) % 2, -1.0, 1.0)
-    return quaternions * signs[:, None]

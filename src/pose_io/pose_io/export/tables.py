@@ -10,7 +10,7 @@ import json
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, without_sign_changes
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion
@@ -93,15 +93,8 @@ def segment_poses(motion: BodyMotion) -> dict[str, tuple[FloatArray, FloatArray]
         joint = motion.model.links[link_name].joint
         rotations = motion.pose.rotations[:, motion.model.link_names.index(link_name)]
         position = motion.dof[:, :METRES] if joint is None else motion.joints[:, JOINT_INDEX[joint]]
-        poses[segment] = (position, _continuous(Rotation.from_matrix(rotations).as_quat()))
+        poses[segment] = (position, without_sign_changes(Rotation.from_matrix(rotations).as_quat()))
     return poses
-
-
-def _continuous(quaternions: FloatArray) -> FloatArray:
-    """The same rotations without sign changes between successive quaternions, shape (n, 4)."""
-    flips = np.sign(np.sum(quaternions[1:] * quaternions[:-1], axis=1))
-    flips[flips == 0.0] = 1.0
-    return quaternions * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
 
 
 CSV = Exporter(
