@@ -19,13 +19,7 @@ from pose_core.filter.imu_state import (
     north_of,
 )
 from pose_core.filter.layout import rotation_column
-from pose_core.filter.state import (
-    IMU_STATES,
-    FilterState,
-    forget_imu,
-    with_imu,
-    with_shared_offset,
-)
+from pose_core.filter.state import IMU_STATES, FilterState, forget_imu, with_imu, with_shared_offset
 from pose_core.filter.tuning import FilterTuning
 from pose_core.filter.worn_imus import WornImu, WornImus
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
