@@ -114,15 +114,22 @@ def test_positions_that_are_not_in_metres_are_refused(unit):
         estimate_body_shape(MODEL, positions, assume_unseen=True)
 
 
+def measured(measuring, period_ns, positions, states):
+    """What a measurement gives after each sample."""
+    shapes = []
+    for k, (joints, state) in enumerate(zip(positions, states, strict=True)):
+        measuring.add(k * period_ns, joints[None], state)
+        shapes.append(measuring.shape())
+    return shapes
+
+
 def test_body_measurement_assumes_after_its_patience_what_is_never_seen():
     _, dof = motion(2.0)
     positions = kinematics().pose(dof).positions
     state = np.full((1, 15), 2, np.uint8)
     state[0, LEGS] = 0
     measuring = BodyMeasurement(MODEL, 0.5)
-    shapes = [
-        measuring.add(k * 250_000_000, positions[k][None], state) for k in range(len(positions))
-    ]
+    shapes = measured(measuring, 250_000_000, positions, [state] * len(positions))
     known = [k for k, shape in enumerate(shapes) if shape is not None]
     assert known[0] * 0.25 == pytest.approx(0.5 + PATIENCE_S + 0.25)
 
@@ -134,10 +141,8 @@ def test_body_measurement_waits_for_its_duration_and_for_every_joint():
     unseen = state.copy()
     unseen[0, JOINT_INDEX["head"]] = 1
     measuring = BodyMeasurement(MODEL, 0.5)
-    shapes = [
-        measuring.add(k * 33_000_000, positions[k][None], unseen if k < 25 else state)
-        for k in range(len(positions))
-    ]
+    states = [unseen if k < 25 else state for k in range(len(positions))]
+    shapes = measured(measuring, 33_000_000, positions, states)
     known = [k for k, shape in enumerate(shapes) if shape is not None]
     assert known[0] == 25 + 10 - 1  # ten samples with the head
     assert "head" in measuring.status

@@ -1,4 +1,4 @@
-"""Measurement of a body's bone lengths from the first samples of a session."""
+"""Measurement of a body's bone lengths from the samples before the first pose."""
 
 from collections import deque
 
@@ -20,7 +20,7 @@ class BodyMeasurement:
 
     Args:
         model: The body model.
-        duration_s: Length of the stretch [s].
+        duration_s: Least length of the stretch [s].
     """
 
     def __init__(self, model: BodyModel, duration_s: float) -> None:
@@ -28,31 +28,34 @@ class BodyMeasurement:
         self._duration_ns = round(duration_s * NS_PER_S)
         self._samples: deque[FloatArray] = deque(maxlen=MAX_SAMPLES)
         self._since_ns: int | None = None
+        self._measured_ns = 0
         self.status = "measuring the body"
 
-    def add(
-        self, stamp_ns: int, positions: FloatArray, tracking_state: NDArray[np.uint8]
-    ) -> BodyShape | None:
+    def add(self, stamp_ns: int, positions: FloatArray, tracking_state: NDArray[np.uint8]) -> None:
         """Add all sensors' joints at one instant.
 
         Args:
             stamp_ns: The instant.
             positions: Shape (sensors, 15, 3) [m], in any frame.
             tracking_state: Shape (sensors, 15); only tracked joints are measured.
-
-        Returns:
-            The body measures, once the stretch is long enough and every joint was seen often
-            enough; after :data:`PATIENCE_S`, joints that were not are assumed.
         """
         if self._since_ns is None or stamp_ns < self._since_ns:
             self._since_ns = stamp_ns
             self._samples.clear()
         tracked = tracking_state == TrackingState.TRACKED
-        self._samples.extend(np.where(tracked[..., None], positions, np.nan))
-        measured_ns = stamp_ns - self._since_ns
-        if measured_ns < self._duration_ns:
+        sees = tracked.any(axis=1)
+        self._samples.extend(np.where(tracked[..., None], positions, np.nan)[sees])
+        self._measured_ns = stamp_ns - self._since_ns
+
+    def shape(self) -> BodyShape | None:
+        """The body measures, once the stretch is long enough and every joint was seen often enough.
+
+        After :data:`PATIENCE_S`, joints that were not are assumed.
+        """
+        late_ns = self._measured_ns - self._duration_ns
+        if late_ns < 0 or not self._samples:
             return None
-        is_late = measured_ns > self._duration_ns + PATIENCE_S * NS_PER_S
+        is_late = late_ns > PATIENCE_S * NS_PER_S
         try:
             return estimate_body_shape(self._model, np.stack(self._samples), assume_unseen=is_late)
         except BodyShapeError as error:

@@ -102,6 +102,8 @@ class Preprocessor:
             for frame in self._frames_of(self._waiting.popleft()):
                 if self.shape is None:
                     self._measure(frame)
+        if self.shape is None:
+            self.shape = self._measurement.shape()
 
     @property
     def status(self) -> str:
@@ -202,6 +204,7 @@ class Preprocessor:
         for frame in frames:
             if self.shape is None:
                 self._measure(frame)
+                self.shape = self._measurement.shape()
             else:
                 yield self._observation(frame, self.shape)
 
@@ -213,7 +216,7 @@ class Preprocessor:
 
     def _measure(self, frame: AlignedFrame) -> None:
         self.counters.add("frames_measuring_the_body")
-        self.shape = self._measurement.add(frame.stamp_ns, *self._sensors.transform(frame))
+        self._measurement.add(frame.stamp_ns, *self._sensors.transform(frame))
 
     def _observation(self, frame: AlignedFrame, shape: BodyShape) -> Observation:
         positions, tracking_state = self._sensors.transform(frame)
