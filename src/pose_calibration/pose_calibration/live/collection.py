@@ -197,7 +197,7 @@ class Collection:
         """Decide whether that was the last solution, which then has the body measures too."""
         parameters = self._parameters
         frames = self.calibrator.memory.frames()
-        self.advice, self.progress = what_is_missing(extrinsics, frames, parameters)
+        self.advice, self.progress = what_is_missing(extrinsics, frames, observed_s, parameters)
         has_all = set(extrinsics.sensors) == set(parameters.sensors)
         is_enough = not self.advice or observed_s >= parameters.collect_duration
         self.is_complete = has_all and is_enough

@@ -13,16 +13,21 @@ from pose_core.joints import JOINT_INDEX
 
 WANTED_WAY_M = 0.6  # [m] wanted range of the person's positions, sideways and in depth
 WANTED_TURN = np.radians(60.0)  # [rad] wanted range of the body's headings
+ALONE_S = 20.0  # [s] for which a single camera sees the person, for its vertical
 
 
 def what_is_missing(
-    extrinsics: Extrinsics, frames: Sequence[KeptFrame], parameters: LiveCalibrationParameters
+    extrinsics: Extrinsics,
+    frames: Sequence[KeptFrame],
+    observed_s: float,
+    parameters: LiveCalibrationParameters,
 ) -> tuple[str, float]:
     """The most useful next movement, and the progress.
 
     Args:
         extrinsics: The calibration so far.
         frames: Stored frames.
+        observed_s: Time of common view [s].
         parameters: All sensors, in the order of the frames' positions, and the uncertainty that
             suffices.
 
@@ -34,6 +39,9 @@ def what_is_missing(
     if absent:
         share = len(extrinsics.sensors) / len(sensors)
         return (f"walk where '{absent[0]}' and another sensor both see you", 0.5 * share)
+    if len(sensors) == 1 and observed_s < ALONE_S and extrinsics.floor is not None:
+        known = f"the vertical is known to {np.degrees(extrinsics.floor.up_stddev):.1f} deg"
+        return f"{known}: stand and walk upright", observed_s / ALONE_S
     shares = {
         name: min(
             parameters.enough_rotation_stddev / pair.rotation_noise,
