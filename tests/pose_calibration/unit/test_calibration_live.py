@@ -58,6 +58,15 @@ def test_a_calibration_that_is_good_enough_ends_by_itself():
     assert (calibration.progress, calibration.missing) == (1.0, "")
 
 
+def test_a_single_camera_s_vertical_is_found_anew_for_twenty_seconds():
+    calibration = LiveCalibration(LiveCalibrationParameters(sensors=("left",)))
+    own = [each for each in samples(duration_s=24.0) if each.sensor == "left"]
+    (first_s, first), *_, (last_s, _) = feed(calibration, own)
+    assert first.sensors == ("left",)
+    assert (first_s, last_s) == pytest.approx((3.0, 20.0), abs=1.1)
+    assert calibration.is_finished
+
+
 def test_before_the_first_solution_there_are_instructions_and_progress():
     calibration = LiveCalibration(LiveCalibrationParameters(enough_position_stddev=0.001))
     feed(calibration, samples(duration_s=8.0))

@@ -184,6 +184,13 @@ def test_two_sources_of_one_name_are_rejected_until_one_has_stopped(spread_s):
     assert set(back.values()) == {0}
 
 
+def test_before_simulated_time_begins_no_sample_is_used_and_no_clock_is_blamed():
+    check = StampCheck()
+    assert all(check.skeleton(sample(START + k * PERIOD), 0, {}) is None for k in range(9))
+    assert not check.excluded
+    assert feed(check, 1.0, lambda true_ns: true_ns)
+
+
 def test_a_source_that_often_repeats_a_stamp_is_used_again():
     def stamp_of(true_ns):
         k = (true_ns - START) // PERIOD

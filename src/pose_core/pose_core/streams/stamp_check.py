@@ -130,6 +130,9 @@ class StampCheck:
         return self._sources[name]
 
     def _judge(self, source: _Source, stamp_ns: int, arrival_ns: int) -> bool:
+        if arrival_ns == 0:  # simulated time has not begun
+            self.counters.add("samples_set_aside")
+            return False
         stamp = stamp_ns + source.offset_ns
         lag_ns = arrival_ns - stamp
         step_ns = stamp_ns - (source.newest_ns or 0)
