@@ -8,7 +8,7 @@ from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
 
 NOISY = 5.0  # [-] factor of its noise from which an IMU is named
-DRIFTING = np.radians(0.8)  # [rad/s] the same of its heading's drift
+DRIFTING = np.radians(1.0)  # [rad/s] the same of its heading's drift
 
 
 @dataclass(kw_only=True)
