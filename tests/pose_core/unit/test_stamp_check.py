@@ -184,6 +184,21 @@ def test_two_sources_of_one_name_are_rejected_until_one_has_stopped(spread_s):
     assert set(back.values()) == {0}
 
 
+@pytest.mark.parametrize(("steps_ms", "reason"), [(60, set()), (400, {"stamps stand still"})])
+def test_stamps_may_repeat_for_a_fifth_of_a_second(steps_ms, reason):
+    check, reasons = StampCheck(), set()
+    for first_s in np.arange(0.0, 3.0, 0.1):
+        feed(
+            check,
+            0.1,
+            lambda true_ns: true_ns // (steps_ms * MS) * steps_ms * MS,
+            start_s=first_s,
+            period_ns=10 * MS,
+        )
+        reasons |= set(check.excluded.values())
+    assert reasons == reason
+
+
 def test_before_simulated_time_begins_no_sample_is_used_and_no_clock_is_blamed():
     check = StampCheck()
     assert all(check.skeleton(sample(START + k * PERIOD), 0, {}) is None for k in range(9))

@@ -29,7 +29,8 @@ STEADY_SPREAD_NS = NS_PER_S // 10  # [ns] variation of its lag meanwhile
 SAME_OFFSET_NS = NS_PER_S // 10  # [ns] within which two sources' offsets are taken as one clock's
 MAX_PERIOD_NS = NS_PER_S // 2  # [ns] between samples; a larger step of stamps is a clock's
 FEWEST = 8  # [samples] required of a steady clock
-TOLERATED = 3  # [samples] that may be wrong, or repeat a stamp, before the source is excluded
+TOLERATED = 3  # [samples] that may be wrong before the source is excluded
+STANDSTILL_NS = NS_PER_S // 5  # [ns] for which they may repeat a stamp
 FORGIVEN = 0.5  # [samples] less for each good one: of two alternating clocks, half are wrong
 USUAL_LAG_NS = 30_000_000  # [ns] initial value for a new source
 LAG_MEMORY = 0.05  # [-] weight of a new lag in the usual lag
@@ -62,7 +63,7 @@ class _Source:
     has_stepped: bool = True  # whether the stamps since the last used one have a step
     tokens: float = 0.0  # [samples] that may arrive at once
     wrong: float = 0.0  # [samples] that were wrong, reduced by good ones
-    repeated: int = 0  # [samples] in a row with the same stamp
+    new_stamp_ns: int = 0  # [ns] arrival of the last sample with a new stamp
     reason: str = ""  # why it is excluded
     is_behind: bool = False  # whether it is excluded only because its samples are too old
     trial_stamp_ns: int | None = None  # newest stamp of the steady run, uncorrected
@@ -139,8 +140,8 @@ class StampCheck:
         source.has_stepped |= not 0 <= step_ns <= MAX_PERIOD_NS
         source.newest_ns = stamp_ns
         fault = self._fault(source, stamp, lag_ns)
-        if fault == "stamps_repeated" and not source.reason and source.repeated < TOLERATED:
-            source.repeated += 1
+        has_stopped = arrival_ns - source.new_stamp_ns > STANDSTILL_NS
+        if fault == "stamps_repeated" and not source.reason and not has_stopped:
             self.counters.add(fault)
             return False
         change = 1.0 if fault else -FORGIVEN
@@ -151,7 +152,7 @@ class StampCheck:
             self._note_fault(source, fault, lag_ns, stamp_ns)
             self._try_offset(source, stamp_ns, arrival_ns)
             return False
-        source.repeated, source.has_stepped = 0, False
+        source.new_stamp_ns, source.has_stepped = arrival_ns, False
         source.trial_stamp_ns = None
         elapsed_s = 0.0 if source.last_ns is None else (stamp - source.last_ns) / NS_PER_S
         source.tokens = min(source.tokens + elapsed_s * source.rate, source.rate * BURST_S)
@@ -231,7 +232,7 @@ class StampCheck:
                     offset_ns = other.offset_ns
         self.counters.add("clocks_taken_in_again")
         source.offset_ns, source.reason = offset_ns, ""
-        source.wrong, source.repeated = 0.0, 0
+        source.wrong = 0.0
         source.last_ns = source.trial_stamp_ns = None
         source.trial_lags_ns = []
         source.tokens = source.rate * BURST_S
