@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray, unit_vectors
-from pose_core.finite_numbers import are_known
 from pose_core.imu.exchange_check import DIRECTION_STDDEV, INDEPENDENT_S, LATE_S
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, LEGS, SEGMENT_ENDS, SIDES
+from pose_core.kernels.compiling import compiled, type_specialised
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = 100_000_000  # [ns] between two frames of a camera that are used
@@ -46,7 +46,7 @@ _LEGS = {
     for side, leg in zip(SIDES, LEGS, strict=True)
     for segment in ("thigh", "shank")
 }
-_MISSING = len(JOINT_INDEX)  # index of a joint that is never measured
+UNKNOWN = -1  # joint of an axis that a segment does not have
 
 
 class SlipCheck:
@@ -54,6 +54,7 @@ class SlipCheck:
 
     def __init__(self) -> None:
         self._slipped: Sequence[str] = ()
+        self._add_axes = type_specialised(add_axes)
         self._now: FloatArray  # (sensors, imus, 2, 4): weighted axes; weights
         self._before: FloatArray  # the same, before the last seconds
         self._restart((), 0, 0)
@@ -85,21 +86,18 @@ class SlipCheck:
         due = [sensor for sensor in due if np.isfinite(positions[sensor, :, 0]).any()]
         if not due:
             return
-        rows = [self._row[segment] for segment in imus.segments]
+        rows = np.array([self._row[segment] for segment in imus.segments], np.int64)
         rates = np.linalg.norm(imus.angular_velocity, axis=1)
-        late_variance = (LATE_S * rates)[:, None] ** 2
+        late_variance = (LATE_S * rates) ** 2
         parts = np.stack([np.ones_like(headings), np.cos(headings), np.sin(headings)])
         R_world_map = np.tensordot(parts, HEADING_PARTS, axes=(0, 0))
         R_map_sensor = np.swapaxes(R_world_map, 1, 2) @ imus.R_world_sensor
         for sensor in due:
             gap_s = abs(stamp_ns - self._last_ns[sensor]) / NS_PER_S
             self._last_ns[sensor] = stamp_ns
-            axes, variance = (each[rows] for each in self._axes(positions[sensor]))
-            weight = min(gap_s / INDEPENDENT_S, 1.0) / (variance + late_variance)
-            weighted = (axes @ R_map_sensor) * weight[..., None]
-            is_known = are_known(weighted)
-            self._now[sensor, rows, :, :3] += np.where(is_known[..., None], weighted, 0.0)
-            self._now[sensor, rows, :, 3] += np.where(is_known, weight, 0.0)
+            share = min(gap_s / INDEPENDENT_S, 1.0)
+            joints, into = positions[sensor], self._now[sensor]
+            self._add_axes(self._axes, rows, joints, R_map_sensor, late_variance, share, into)
 
     def forget(self, segment: str) -> None:
         """Restart with a segment whose IMU is aligned anew."""
@@ -143,32 +141,64 @@ class SlipCheck:
         self._now = np.zeros((sensors, len(segments), 2, 4))
         self._before = np.zeros_like(self._now)
         self._last: deque[FloatArray] = deque(maxlen=LAST_BINS)
-        self._ends = np.full((2, len(segments)), _MISSING)
-        self._knees = np.full((3, len(segments)), _MISSING)
+        self._axes = np.full((len(segments), 2, 4), UNKNOWN)
         for row, name in enumerate(segments):
             if name in SEGMENT_ENDS:
-                self._ends[:, row] = [JOINT_INDEX[joint] for joint in SEGMENT_ENDS[name]]
+                end, start = (JOINT_INDEX[joint] for joint in reversed(SEGMENT_ENDS[name]))
+                self._axes[row, 0, :2] = end, start
             if name in _LEGS:
-                self._knees[:, row] = _LEGS[name]
+                hip, knee, foot = _LEGS[name]
+                self._axes[row, 1] = hip, knee, knee, foot
+            if name == "torso":
+                left, right = JOINT_PAIRS["shoulder"]
+                self._axes[row, 1, :2] = right, left
 
-    def _axes(self, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Axes of the segments, (imus, 2, 3), and their variances, (imus, 2) [rad²]; or NaN."""
-        joints = np.vstack([joints, np.full(3, np.nan)])
-        start, end = joints[self._ends]
-        hip, knee, foot = joints[self._knees]
-        thigh, shank = knee - hip, foot - knee
-        y, z = [1, 2, 0], [2, 0, 1]
-        hinge = thigh[:, y] * shank[:, z] - thigh[:, z] * shank[:, y]  # faster than np.cross
-        lengths = np.sqrt((thigh**2).sum(axis=1) * (shank**2).sum(axis=1))
-        axes = np.stack([start - end, hinge], axis=1)
-        variance = np.full(axes.shape[:2], DIRECTION_STDDEV**2)
-        with np.errstate(invalid="ignore", divide="ignore"):  # straight knees, coinciding joints
-            bend = np.linalg.norm(hinge, axis=1) / lengths
-            variance[:, 1] = np.where(bend > MIN_BEND, (HINGE_STDDEV / bend) ** 2, np.nan)
-        if "torso" in self._row:
-            row, (left, right) = self._row["torso"], joints[JOINT_PAIRS["shoulder"]]
-            axes[row, 1], variance[row, 1] = left - right, DIRECTION_STDDEV**2
-        return unit_vectors(axes), variance
+
+@compiled
+def add_axes(
+    axes: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    joints: FloatArray,
+    R_map_sensor: FloatArray,
+    late_variance: FloatArray,
+    share: float,
+    sums: FloatArray,
+) -> None:
+    """Add the segments' axes of one camera's frame, in the axes of their sensors.
+
+    Args:
+        axes: Of each row the joints from which and to which two axes lead, (rows, 2, 4), or
+            :data:`UNKNOWN`; of a hinge, those of the two limbs that it is perpendicular to.
+        rows: Row of each IMU, (imus,).
+        joints: (15, 3) [m] in map; NaN if unknown.
+        R_map_sensor: (imus, 3, 3); NaN if unknown.
+        late_variance: Of the axes by the sensor's motion, (imus,) [rad²].
+        share: Independent samples that the frame stands for [-].
+        sums: Weighted axes, and weights, (rows, 2, 4); updated.
+    """
+    for imu in range(len(rows)):
+        for k in range(2):
+            start, end, next_start, next_end = axes[rows[imu], k]
+            if start == UNKNOWN:
+                continue
+            axis, variance = joints[end] - joints[start], DIRECTION_STDDEV**2
+            length = np.sqrt(np.dot(axis, axis))
+            if next_start != UNKNOWN:
+                shank = joints[next_end] - joints[next_start]
+                lengths = length * np.sqrt(np.dot(shank, shank))
+                axis = np.cross(axis, shank)
+                length = np.sqrt(np.dot(axis, axis))
+                if not length > MIN_BEND * lengths:
+                    continue
+                variance = (HINGE_STDDEV * lengths / length) ** 2
+            weight = share / (variance + late_variance[imu])
+            if not length > 0.0:
+                continue
+            seen = np.dot(axis, R_map_sensor[imu]) * (weight / length)
+            if np.isfinite(seen[0] + seen[1] + seen[2]):
+                for i in range(3):
+                    sums[rows[imu], k, i] += seen[i]
+                sums[rows[imu], k, 3] += weight
 
 
 def _has_slipped(
