@@ -285,7 +285,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._information[IMUS] = information[IMUS]
         frames = []
         result = StepResult(True, 0, float("nan"), float("nan"))
-        tracked = np.full_like(observation.positions, np.nan) if len(imus) else None
+        tracked = np.full(observation.positions.shape, np.nan) if len(imus) else None
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
             if not any(joints) or not self._uses_cameras():
                 continue
