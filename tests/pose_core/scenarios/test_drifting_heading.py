@@ -4,13 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fusing import fused
+from imu_session import imu_session, uses_and_spread
 from scipy.spatial.transform import Rotation
-from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
-from worn_imus import EVERY_SEGMENT, START_NS, imu_samples, merged, truth_at
-
-from pose_core.estimators.parameters import PipelineParameters
-from pose_core.fusion.pipeline import Pipeline
+from worn_imus import START_NS
 
 DRIFTS = {"left_thigh": np.radians(2.0), "right_forearm": np.radians(-2.0)}  # [rad/s]
 JUDGED_S = 20.0
@@ -28,28 +24,12 @@ def drifting(sample):
 
 @pytest.fixture(scope="module")
 def session():
-    t, dof = motion(40.0, lean=0.3)
-    positions = kinematics().pose(dof).positions
-    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.02)
-    return t, dof, skeletons, imu_samples(t, dof, np.random.default_rng(5), segments=EVERY_SEGMENT)
-
-
-def run(session, imus):
-    """Uses of the IMUs by segment, and the RMS error of the angles beside them [deg]."""
-    t, dof, skeletons, _ = session
-    pipeline = Pipeline(PipelineParameters(), extrinsics())
-    errors = [
-        e.position[e.dof_names.index(name)] - truth_at(e, t, dof)[MODEL.dof_index[name]]
-        for e in fused(pipeline, merged(skeletons, imus))
-        if e.stamp_ns > START_NS + JUDGED_S * 1e9
-        for name in ANGLES
-    ]
-    return {use.segment: use for use in pipeline.imu_uses}, np.degrees(np.std(errors))
+    return imu_session(40.0)
 
 
 @pytest.fixture(scope="module")
 def drifted(session):
-    return run(session, [drifting(sample) for sample in session[3]])
+    return uses_and_spread(session, [drifting(sample) for sample in session[3]], ANGLES, JUDGED_S)
 
 
 def test_drifts_are_found_and_only_those_imus_are_named(drifted):
@@ -61,5 +41,5 @@ def test_drifts_are_found_and_only_those_imus_are_named(drifted):
 
 
 def test_the_limbs_are_hardly_worse_than_with_headings_that_do_not_drift(session, drifted):
-    _, without = run(session, session[3])
+    _, without = uses_and_spread(session, session[3], ANGLES, JUDGED_S)
     assert drifted[1] < 1.1 * without

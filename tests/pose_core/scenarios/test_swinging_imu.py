@@ -4,13 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fusing import fused
+from imu_session import imu_session, uses_and_spread
 from scipy.spatial.transform import Rotation
-from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
-from worn_imus import EVERY_SEGMENT, START_NS, imu_samples, merged, truth_at
-
-from pose_core.estimators.parameters import PipelineParameters
-from pose_core.fusion.pipeline import Pipeline
+from worn_imus import START_NS
 
 LOOSE = "left_thigh"
 SWING = np.array([0.25, 0.0, 0.2])  # [rad] about the sensor's axes
@@ -32,28 +28,12 @@ def swinging(sample):
 
 @pytest.fixture(scope="module")
 def session():
-    t, dof = motion(26.0, lean=0.3)
-    positions = kinematics().pose(dof).positions
-    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.02)
-    return t, dof, skeletons, imu_samples(t, dof, np.random.default_rng(5), segments=EVERY_SEGMENT)
-
-
-def run(session, imus):
-    """Uses of the IMUs by segment, and the spread of the loose link's angle errors [deg]."""
-    t, dof, skeletons, _ = session
-    pipeline = Pipeline(PipelineParameters(), extrinsics())
-    errors = [
-        e.position[e.dof_names.index(name)] - truth_at(e, t, dof)[MODEL.dof_index[name]]
-        for e in fused(pipeline, merged(skeletons, imus))
-        if e.stamp_ns > START_NS + JUDGED_S * 1e9
-        for name in ANGLES
-    ]
-    return {use.segment: use for use in pipeline.imu_uses}, np.degrees(np.std(errors))
+    return imu_session(26.0)
 
 
 @pytest.fixture(scope="module")
 def swung(session):
-    return run(session, [swinging(sample) for sample in session[3]])
+    return uses_and_spread(session, [swinging(sample) for sample in session[3]], ANGLES, JUDGED_S)
 
 
 def test_only_the_swinging_imu_is_named(swung):
@@ -63,5 +43,7 @@ def test_only_the_swinging_imu_is_named(swung):
 
 
 def test_the_limb_is_hardly_worse_than_without_the_swinging_imu(session, swung):
-    _, without = run(session, [sample for sample in session[3] if sample.segment != LOOSE])
+    _, without = uses_and_spread(
+        session, [sample for sample in session[3] if sample.segment != LOOSE], ANGLES, JUDGED_S
+    )
     assert swung[1] < 1.1 * without

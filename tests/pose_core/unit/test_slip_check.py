@@ -40,13 +40,14 @@ def found(
     cameras_err_from_s=np.inf,
     is_aligned=True,
     lost=0.0,
-    scatter=0.02,
+    foot_errs=0.0,
     are_blind=False,
 ):
     """Segments found if some IMUs slip; or if the first camera errs from an instant on.
 
-    ``lost`` is the share of instants without a sample, of each IMU; ``scatter`` [m] that of the
-    joints during the slip; all cameras but the first may be blind.
+    ``lost`` is the share of instants without a sample, of each IMU. From the slip on, all cameras
+    see the foot aside by ``foot_errs`` [m], and scattered by as much; all but the first may be
+    blind.
     """
     rng, check = np.random.default_rng(1), SlipCheck()
     alignments, headings = Rotation.random(2, random_state=2), np.array([1.0, -0.5])
@@ -75,8 +76,9 @@ def found(
             stddev=np.full((2, 3), 0.02)[here],
             age_s=np.zeros(2)[here],
         )
-        spread = scatter if t > SLIP_S else 0.02
-        positions = truth + offsets + rng.normal(0.0, spread, offsets.shape)
+        positions = truth + offsets + rng.normal(0.0, 0.02, offsets.shape)
+        if t > SLIP_S:
+            positions[:, JOINT_INDEX["left_foot"]] += rng.normal([0.0, foot_errs, 0.0], foot_errs)
         if t > cameras_err_from_s:
             turn = Rotation.from_euler("x", 30.0, degrees=True)
             positions[0] = joints_of(thigh * turn, 0.5, trunk * turn)
@@ -116,8 +118,8 @@ def test_cameras_that_contradict_each_other_accuse_nobody():
     assert found(0.0, "across", cameras_err_from_s=SLIP_S) == set()
 
 
-def test_joints_that_scatter_and_one_camera_of_several_tell_no_slip():
-    assert found(30.0, "across", scatter=0.4) == set()
+def test_a_foot_that_scatters_and_one_camera_of_several_tell_no_slip():
+    assert found(0.0, "across", foot_errs=0.4) == set()
     assert found(30.0, "across", are_blind=True) == set()
 
 

@@ -30,7 +30,7 @@ class PipelineParameters:
         2.0,
         unit="s",
         limits=(0.2, 60.0),
-        doc="duration of the samples from which bone lengths are measured",
+        doc="least duration of the samples from which bone lengths are measured",
     )
     output_rate: float = parameter(
         100.0,
