@@ -121,7 +121,8 @@ class BagFrames:
         if self._misnamed:
             lines.append(
                 f"IMUs: topics not used: {', '.join(self._misnamed)}: record them as "
-                "imu_<segment>/data, for example imu_left_thigh/data"
+                "imu_<segment>/data, or add, for example, "
+                f"--remap {self._misnamed[0]}:=/imu_left_thigh/data"
             )
         lines += self._clock_steps.lines(self._bag.start_ns)
         return [*lines, *(() if self._order is None else self._order.left_out)]

@@ -20,6 +20,7 @@ from rosbags.typesys.store import Typestore
 from pose_core.errors import InputError, one_line
 from pose_io import mcap
 from pose_io.mcap import BagMessage as BagMessage
+from pose_io.renamed_topics import Renaming, checked_names
 from pose_io.typestore import make_typestore
 
 BAG_SUFFIXES = (".mcap", ".db3")
@@ -51,7 +52,13 @@ class BagReader:
     not depend on the bag's length.
     """
 
-    def __init__(self, path: Path, reader: AnyReader, temporary: Path | None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        reader: AnyReader,
+        temporary: Path | None = None,
+        renamings: Sequence[Renaming] = (),
+    ) -> None:
         self.path = path
         self._reader = reader
         self._temporary = temporary  # a folder that is removed when the bag is closed
@@ -60,8 +67,9 @@ class BagReader:
         """The bag's own message definitions; ours for a bag without any."""
         self.remarks: Sequence[str] = ()
         """Lines about frames that a recording of skeletons lost on its way into this bag."""
+        self._names = checked_names(renamings, {each.topic for each in reader.connections}, path)
         self.topics: dict[str, BagTopic] = {}
-        for connection in reader.connections:
+        for connection in map(self._renamed, reader.connections):
             known = self.topics.get(connection.topic)
             self.topics[connection.topic] = BagTopic(
                 name=connection.topic,
@@ -101,13 +109,20 @@ class BagReader:
             InputError: If the bag is found to be damaged.
         """
         every = self._reader.connections
-        connections = [each for each in every if topics is None or each.topic in topics]
+        connections = [
+            each for each in every if topics is None or self._renamed(each).topic in topics
+        ]
         if not connections:  # rosbags takes an empty list for "all"
             return
         try:
             entries = self._entries(connections)
             while batch := list(islice(entries, BATCH)):
-                yield batch
+                if self._names:
+                    yield [
+                        each._replace(connection=self._renamed(each.connection)) for each in batch
+                    ]
+                else:
+                    yield batch
         except Exception as error:  # damaged bytes may raise any exception
             raise InputError(
                 f"{self.path} is damaged: {one_line(error)}: record it again, or repair it "
@@ -123,6 +138,10 @@ class BagReader:
         topics = {each.topic for each in connections}
         batches = chain.from_iterable(mcap.messages_in_order(each, topics) for each in files)
         return chain.from_iterable(batches)
+
+    def _renamed(self, connection: Connection) -> Connection:
+        name = self._names.get(connection.topic)
+        return connection if name is None else connection._replace(topic=name)
 
     def deserialize(self, message: BagMessage) -> Any:
         """Deserialise a message by the bag's own definitions.
@@ -180,15 +199,17 @@ class BagReader:
         self.close()
 
 
-def open_bag(path: Path | str) -> BagReader:
+def open_bag(path: Path | str, renamings: Sequence[Renaming] = ()) -> BagReader:
     """Open a bag: a rosbag2 folder, one ``.mcap`` or ``.db3`` file, or a recording of skeletons.
 
     Args:
         path: The folder or file; a recording is any that :mod:`pose_io.recordings` reads. It is
             converted to a temporary bag, which is removed when it is closed.
+        renamings: Old and new name of topics to be read under another name.
 
     Raises:
-        InputError: If there is no file, or it is not a bag, damaged or empty.
+        InputError: If there is no file, or it is not a bag, damaged or empty; or it has no topic
+            of an old name.
     """
     path = Path(path)
     if not path.exists():
@@ -197,7 +218,7 @@ def open_bag(path: Path | str) -> BagReader:
             "an .mcap or a .db3 file; a recording of skeletons will do, too)"
         )
     if _may_be_recording(path):
-        return _open_recording(path)
+        return _open_recording(path, renamings)
     if path.is_dir() and not (path / "metadata.yaml").exists():
         files = [*path.glob("*.mcap"), *path.glob("*.db3")]
         if len(files) != 1:
@@ -207,10 +228,12 @@ def open_bag(path: Path | str) -> BagReader:
                 "files, 'ros2 bag reindex' makes the metadata.yaml)"
             )
         path = files[0]  # its recording was interrupted
-    return _open(path, path)
+    return _open(path, path, renamings)
 
 
-def _open(path: Path, shown: Path, temporary: Path | None = None) -> BagReader:
+def _open(
+    path: Path, shown: Path, renamings: Sequence[Renaming], temporary: Path | None = None
+) -> BagReader:
     """Open a bag; messages name it by the path ``shown``."""
     try:
         reader = AnyReader([path], default_typestore=make_typestore())
@@ -225,7 +248,7 @@ def _open(path: Path, shown: Path, temporary: Path | None = None) -> BagReader:
     if reader.message_count == 0:
         reader.close()
         raise InputError(f"{path} is an empty bag: it holds no messages")
-    return BagReader(shown, reader, temporary)
+    return BagReader(shown, reader, temporary, renamings)
 
 
 def _may_be_recording(path: Path) -> bool:
@@ -235,7 +258,7 @@ def _may_be_recording(path: Path) -> bool:
     return path.suffix not in BAG_SUFFIXES
 
 
-def _open_recording(path: Path) -> BagReader:
+def _open_recording(path: Path, renamings: Sequence[Renaming]) -> BagReader:
     """Open a recording of skeletons, converted to the bag that the bridges would have recorded."""
     # Imported here: the readers take long to load, and bags do not need them.
     from pose_io.recording_bag import renaming_lines, write_recording_bag
@@ -253,7 +276,7 @@ def _open_recording(path: Path) -> BagReader:
     temporary = Path(tempfile.mkdtemp(prefix="pose-recording-"))
     try:
         write_recording_bag(recording, temporary / "bag")
-        bag = _open(temporary / "bag", path, temporary)
+        bag = _open(temporary / "bag", path, renamings, temporary)
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise

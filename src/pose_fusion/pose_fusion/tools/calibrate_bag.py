@@ -25,6 +25,7 @@ from pose_fusion.calibration_lines import floor_line, single_imu_lines, tracker_
 from pose_fusion.session_extrinsics import checked_sensors
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
+from pose_io.renamed_topics import add_remap_argument
 from pose_node.command_line import check_folder_of
 from pose_node.plain_console import add_share, progress_bar
 
@@ -39,6 +40,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--sensors", nargs="+", metavar="NAME", help="the reference first (default: all, by name)"
     )
+    add_remap_argument(parser)
     add_arguments(parser.add_argument_group("parameters"), CalibrationParameters)
     return parser
 
@@ -133,7 +135,7 @@ def main(given: list[str]) -> None:
     arguments = make_parser().parse_args(given)
     parameters = from_arguments(CalibrationParameters, arguments)
     check_folder_of(arguments.output)
-    with open_bag(arguments.in_bag) as bag:
+    with open_bag(arguments.in_bag, arguments.remap) as bag:
         sensors = choose_sensors(bag, arguments.sensors)
         session = calibrate_bag(bag, sensors, parameters)
         remarks = bag.remarks

@@ -21,6 +21,7 @@ from pose_core.parameters import add_arguments, from_arguments
 from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import BagReader, open_bag
+from pose_io.renamed_topics import add_remap_argument
 from pose_node.command_line import check_folder_of
 from pose_node.plain_console import progress_bar
 
@@ -48,6 +49,7 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="save the other sensors although some are at fault",
     )
+    add_remap_argument(parser)
     add_arguments(parser.add_argument_group("parameters"), ImuCalibrationParameters)
     return parser
 
@@ -114,7 +116,7 @@ def main(arguments: list[str]) -> None:
     if given.output.exists():
         extrinsics = load_extrinsics_of(given.output, parameters.sensors)
     if given.in_bag is not None:
-        with open_bag(given.in_bag) as bag:
+        with open_bag(given.in_bag, given.remap) as bag:
             checked_sensors(bag, parameters.sensors)
             console = Console(stderr=True)
             placed = extrinsics or find_extrinsics(bag, parameters.sensors, console)

@@ -32,6 +32,7 @@ from pose_fusion.tools.compiling import prepare_visibly
 from pose_io.bag_samples import BagFrames
 from pose_io.bag_writer import STORAGES, BagWriter
 from pose_io.bags import BagReader, open_bag
+from pose_io.renamed_topics import add_remap_argument
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, run_many
@@ -50,6 +51,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--storage", choices=STORAGES, default="mcap", help="of the new bag (default: mcap)"
     )
+    add_remap_argument(parser)
     add_many_arguments(parser)
     add_arguments(parser.add_argument_group("parameters of the fusion"), FusionNodeParameters)
     return parser.parse_args(arguments)
@@ -211,7 +213,7 @@ def run() -> int | None:
         return status
     console = Console(stderr=True)
     with waiting_bar(console, "reading"):
-        opened = open_bag(arguments.in_bag)
+        opened = open_bag(arguments.in_bag, arguments.remap)
     with opened as bag:
         parameters = read_parameters(arguments, bag)
         unused = [sensor for sensor in sensor_topics(bag) if sensor not in parameters.sensors]
