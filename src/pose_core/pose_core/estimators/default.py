@@ -1,11 +1,9 @@
 """``default``: the filter of :mod:`pose_core.filter`, updated with each sensor's frame."""
 
 from collections.abc import Sequence
-from math import isnan
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
@@ -14,21 +12,17 @@ from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.filter_output import FilterOutput
 from pose_core.estimators.parameters import PipelineParameters
-from pose_core.estimators.variance_scale import CONSISTENT_NIS, updated_mean_nis, variance_scale
-from pose_core.filter.crossed_limbs_check import CrossedLimbsCheck
-from pose_core.filter.depth_errors import depth_variance_scale
 from pose_core.filter.error_state_filter import ErrorStateFilter
-from pose_core.filter.facing_check import FacingCheck
 from pose_core.filter.frame import CameraFrame
-from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.restart_cause import RestartCause
 from pose_core.filter.start_frames import StartFrames
-from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
+from pose_core.filter.state import CAMERA_TIMEOUT_S
+from pose_core.filter.state_checks import StateChecks
 from pose_core.filter.step import StepResult
 from pose_core.filter.step_history import KeptStep, StepHistory
-from pose_core.filter.tracker_errors import MAX_STEP_S
 from pose_core.filter.tuning import FilterTuning
 from pose_core.finite_numbers import nan_mean
 from pose_core.imu.imu_history import ImuMeasurements
@@ -41,11 +35,8 @@ from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 SAME_INSTANT_S = 0.005  # [s] by which a frame may be late and be used as if it were not
 UNKEPT_S = 0.03  # [s] the same while the steps since are not kept, as before the first late frame
 MAX_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
-SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
 MAX_BRIDGED_S = 5.0  # [s] silence of all sensors after which aligned IMUs do not go on
 JUMP_BACK_S = JUMP_BACK_NS / NS_PER_S
-DIVERGED_SHARE = 0.5  # [-] of joints far from their prediction: the person is lost
-DIVERGED_NS = 250_000_000  # [ns] after which it is restarted
 
 
 class DefaultEstimator(StepwiseEstimator):
@@ -82,13 +73,10 @@ class DefaultEstimator(StepwiseEstimator):
             model, shape, sensors, self.tuning, parameters.tracker_delay
         )
         self._alignments = ImuAlignments(model, self.tuning)
-        self._facing = FacingCheck()
-        self._crossed = CrossedLimbsCheck()
+        self._checks = StateChecks()
         self._start_frames = StartFrames(sensors)
         self._history = StepHistory(self._filter)
-        self._diverged_since_ns: int | None = None
-        self._mean_nis = CONSISTENT_NIS
-        self._information = self._no_information()  # of the last update with each source
+        self._output = FilterOutput(self._filter)
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
@@ -138,7 +126,7 @@ class DefaultEstimator(StepwiseEstimator):
         information = self._step(observation)
         if information is None or self._filter.state is None:
             return None
-        return self._published(self._filter.state, information)
+        return self._output.published(self._filter.state, information)
 
     def _step(self, observation: Observation) -> FloatArray | None:
         """Run one filter step; the information of its update, None if there is no pose."""
@@ -154,13 +142,12 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
         if not self._predict_or_start(observation):
             return None
-        information, alignments_before = self._no_information(), self._alignments.changes
+        information, alignments_before = self._output.no_information(), self._alignments.changes
         result = self._update_filter(observation, is_late, information)
         if result is None:
             return None
-        if self._has_diverged(observation, result) and not self._start(
-            observation, RestartCause.DIVERGED
-        ):
+        has_diverged = self._checks.has_diverged(observation.stamp_ns, result.lost_share)
+        if has_diverged and not self._start(observation, RestartCause.DIVERGED):
             return None
         if is_late:
             if self._alignments.changes == alignments_before:  # otherwise it has restarted
@@ -168,8 +155,7 @@ class DefaultEstimator(StepwiseEstimator):
             self._filter.predicted_from = predicted_from  # what is interpolated from
             self.counters.add("frames_late_but_used")
             return None
-        since_s = max(min(ahead_s, 1.0), 0.0)
-        self._mean_nis = updated_mean_nis(self._mean_nis, since_s, result.mean_nis)
+        self._output.add_nis(max(min(ahead_s, 1.0), 0.0), result.mean_nis)
         return information
 
     def predicted(self, stamp_ns: int, imus: ImuMeasurements) -> TimedPose | None:
@@ -179,9 +165,7 @@ class DefaultEstimator(StepwiseEstimator):
         if state is None or not -MAX_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
         ahead_s = max(ahead_s, 0.0)
-        aligned = self._alignments.frame(imus)
-        information = self._last_information(state, ahead_s, aligned.links)
-        pose = self._published(state, information, ahead_s, aligned)
+        pose = self._output.predicted(state, ahead_s, self._alignments.frame(imus))
         return TimedPose(stamp_ns=stamp_ns, pose=pose)
 
     @property
@@ -195,26 +179,15 @@ class DefaultEstimator(StepwiseEstimator):
         if state is None or not stamps_ns:
             return None
         ages_s = (self._history.stamp_ns - np.array(stamps_ns)) / NS_PER_S
-        information = self._last_information(state, 0.0, state.imus.is_used)
-        return self._filter.interpolated(ages_s, information, self._variance_scale(state))
-
-    def _last_information(
-        self, state: FilterState, ahead_s: float, links: NDArray[np.int64] | NDArray[np.bool_]
-    ) -> FloatArray:
-        """Information of the last updates: cameras that still send, IMUs of these links."""
-        information = self._no_information()
-        if min(state.views.silent_s.tolist()) + ahead_s < SILENT_S:
-            information[CAMERAS] = self._information[CAMERAS]
-        information[IMUS, links] = self._information[IMUS, links]
-        return information
+        return self._output.interpolated(state, ages_s)
 
     def _repeat(self, later: Sequence[KeptStep]) -> None:
         """Repeat the steps after a late frame."""
         for step in later:
             if self._filter.state is None:
                 break
-            self._information = self._no_information()
-            self._history.repeat(step, self._information)
+            self._output.information = self._output.no_information()
+            self._history.repeat(step, self._output.information)
         if self._filter.state is None:
             self.counters.add(RestartCause.NUMERICAL.value)
 
@@ -263,10 +236,8 @@ class DefaultEstimator(StepwiseEstimator):
         if cause:
             self.counters.add(cause.value)
         self._alignments.restart()
-        self._facing.restart()
-        self._crossed.restart()
+        self._checks.restart()
         self._history.restart(observation.stamp_ns)
-        self._diverged_since_ns = None
         return True
 
     def _update_filter(
@@ -282,10 +253,9 @@ class DefaultEstimator(StepwiseEstimator):
         if not self._filter.update_with_imus(aligned, information[IMUS]):
             self.counters.add(RestartCause.NUMERICAL.value)
             return None
-        self._information[IMUS] = information[IMUS]
-        frames = []
+        self._output.information[IMUS] = information[IMUS]
+        frames: list[CameraFrame] = []
         result = StepResult(True, 0, float("nan"), float("nan"))
-        tracked = np.full(observation.positions.shape, np.nan) if len(imus) else None
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
             if not any(joints) or not self._uses_cameras():
                 continue
@@ -299,20 +269,28 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
             frames.append(frame)
             self.counters.add("limbs_turned_back", result.turned_back)
-            self._information[CAMERAS] = information[CAMERAS]
-            if tracked is not None:
-                is_tracked = frame.tracking_state[:, None] == int(TrackingState.TRACKED)
-                np.copyto(tracked[sensor], frame.positions, where=is_tracked)
-        if tracked is not None and is_late:
-            self._alignments.add_to_slips(observation, tracked, self._filter.state)
-        elif tracked is not None:
-            state = self._alignments.observe(observation, tracked, self._filter.state)
-            self._filter.state = state
+            self._output.information[CAMERAS] = information[CAMERAS]
+        if len(imus):
+            self._align_imus(observation, frames, is_late)
         if self._alignments.changes == alignments_before:
             self._history.finish(walks, aligned, frames)
         else:
             self._history.clear()
         return result
+
+    def _align_imus(
+        self, observation: Observation, frames: Sequence[CameraFrame], is_late: bool
+    ) -> None:
+        """Collect one instant, or a late frame, for the alignment of the IMUs."""
+        assert self._filter.state is not None
+        tracked = np.full(observation.positions.shape, np.nan)
+        for frame in frames:
+            is_tracked = frame.tracking_state[:, None] == int(TrackingState.TRACKED)
+            np.copyto(tracked[frame.sensor], frame.positions, where=is_tracked)
+        if is_late:
+            self._alignments.add_to_slips(observation, tracked, self._filter.state)
+        else:
+            self._filter.state = self._alignments.observe(observation, tracked, self._filter.state)
 
     def _frame(
         self, observation: Observation, sensor: int
@@ -327,43 +305,8 @@ class DefaultEstimator(StepwiseEstimator):
         )
         frame, swaps = self._filter.undo_swaps(measured)
         self.counters.add("sides_swapped", swaps)
-        state = self._filter.state
-        passed_s = min(state.views.silent_s[sensor], MAX_STEP_S) / len(state.views.silent_s)
-        is_crossed = self._crossed.is_crossed(measured, swaps, passed_s)
-        if self._facing.faces_backwards(measured, state.pose.rotations[0], passed_s):
-            return frame, RestartCause.BACKWARDS
-        return frame, RestartCause.CROSSED if is_crossed else None
+        return frame, self._checks.check_sides(measured, swaps, self._filter.state)
 
     def _uses_cameras(self) -> bool:
         """Whether the filter uses the cameras' frames."""
         return True
-
-    def _has_diverged(self, observation: Observation, result: StepResult) -> bool:
-        """Whether the filter has lost the person for too long."""
-        if isnan(result.lost_share):
-            return False
-        if result.lost_share <= DIVERGED_SHARE:
-            self._diverged_since_ns = None
-            return False
-        if self._diverged_since_ns is None or observation.stamp_ns < self._diverged_since_ns:
-            self._diverged_since_ns = observation.stamp_ns
-        return observation.stamp_ns - self._diverged_since_ns > DIVERGED_NS
-
-    def _no_information(self) -> FloatArray:
-        return np.zeros((2, self._filter.layout.links, 3, 3))
-
-    def _published(
-        self,
-        state: FilterState,
-        information: FloatArray,
-        ahead_s: float = 0.0,
-        imus: ImuFrame = NO_IMUS,
-    ) -> PublishedState:
-        """The published part of a state advanced by ``ahead_s`` [s], to the IMUs' instant."""
-        scale = self._variance_scale(state)
-        return self._filter.published(state, information, scale, ahead_s, imus)
-
-    def _variance_scale(self, state: FilterState) -> float:
-        """Factor [-] of the variances that are published."""
-        by_depth = depth_variance_scale(state.views.depth_error_power, state.views.depth_noise)
-        return float(variance_scale(self._mean_nis) * by_depth)

@@ -89,6 +89,7 @@ class SmoothedEstimator(DefaultEstimator):
             if not self._steps or self._steps[0].stamp_ns > until_ns:
                 break
             stamp_ns, published, _ = self._steps.popleft()
-            pose = self._published(state, published.information)._replace(scale=published.scale)
+            pose = self._output.published(state, published.information)
+            pose = pose._replace(scale=published.scale)
             poses.append(TimedPose(stamp_ns=stamp_ns, pose=pose))
         return poses

@@ -1,7 +1,6 @@
 """Sensor-to-segment alignment of all IMUs of one body, with the state of each."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.estimates.observation import Observation
 from pose_core.filter.imu import NO_IMUS, ImuFrame
+from pose_core.filter.imu_place_checks import ImuPlaceChecks
 from pose_core.filter.imu_state import (
     CONTRADICTED_S,
     RESTRAPPED_NS,
@@ -23,13 +23,11 @@ from pose_core.filter.state import IMU_STATES, FilterState, forget_imu, with_imu
 from pose_core.filter.tuning import FilterTuning
 from pose_core.filter.worn_imus import WornImu, WornImus
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
-from pose_core.imu.exchange_check import ExchangeCheck
 from pose_core.imu.heading_walk import SOUND
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import MIN_UNKNOWN_HEADING_STDDEV, Alignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
-from pose_core.imu.slip_check import SlipCheck
 from pose_core.imu.z_down_vote import MAX_VOTE, imus_to_turn_over
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 from pose_core.stamps import NS_PER_S
@@ -44,11 +42,6 @@ filter takes for noise; as measured on captured motion (docs/accuracy/imus.md)."
 WALK_SHARE = 0.7  # [-] of a heading's measured walk that its state walks, because fields return
 
 
-def with_segments(imus: ImuMeasurements, segments: tuple[str, ...]) -> ImuMeasurements:
-    """The measurements, named by other segments."""
-    return imus if segments == imus.segments else replace(imus, segments=segments)
-
-
 class ImuAlignments:
     """Aligns each IMU with its link and passes the aligned ones' measurements to the filter.
 
@@ -60,9 +53,8 @@ class ImuAlignments:
     def __init__(self, model: BodyModel, tuning: FilterTuning) -> None:
         self._model = model
         self._shared_offset_variance = tuning.camera.shared_offset_stddev**2
-        self._exchanges = ExchangeCheck()
-        self._slips = SlipCheck()
         self._imus = WornImus(model, tuning.imu.spine_bend)
+        self._places = ImuPlaceChecks(self._imus)
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._instants = 0
         self.changes = 0
@@ -103,7 +95,7 @@ class ImuAlignments:
         """
         self.changes += 1
         self._observed_ns = None
-        self._slips = SlipCheck()
+        self._places.restart_slips()
         for worn in self._imus:
             worn.use.is_aligned = False
             if discard:
@@ -129,7 +121,7 @@ class ImuAlignments:
             self._slip_as_known(stamp_ns, worn, state)
             if stamp_ns < worn.slipping_until_ns:
                 worn.slips = imus.slips.get(worn.use.segment, 0)
-            if self._has_slipped(worn, imus):
+            if worn.has_slipped(imus):
                 worn.slips = imus.slips[worn.use.segment]
                 self._discard(worn, state)
                 self._undo_exchange(worn, state)
@@ -155,7 +147,7 @@ class ImuAlignments:
         """Measurements of the aligned IMUs for the filter."""
         aligned = [each for each in self._imus.with_link(imus.segments) if each[1].use.is_aligned]
         if imus.slips:
-            aligned = [each for each in aligned if not self._has_slipped(each[1], imus)]
+            aligned = [each for each in aligned if not each[1].has_slipped(imus)]
         if not aligned:
             return NO_IMUS
         rows = np.array([row for row, _ in aligned])
@@ -180,7 +172,7 @@ class ImuAlignments:
             state: State of the filter after the update with them.
         """
         stamp_ns, imus = observation.stamp_ns, observation.imus
-        self._add_to_exchanges(observation, tracked)
+        self._places.add_to_exchanges(observation, tracked)
         self.add_to_slips(observation, tracked, state)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
@@ -192,7 +184,7 @@ class ImuAlignments:
                 if is_contradicted(worn, self._imus, self._model.parents, state):
                     self._exclude_contradicted(worn, state)
             elif stamp_ns < worn.slipping_until_ns:
-                self._restart_exchanges()
+                self._places.restart_exchanges()
             else:
                 first = rotation_column(worn.link)
                 block = slice(first, first + 3)
@@ -208,25 +200,11 @@ class ImuAlignments:
             state = self._solve(stamp_ns, imus.segments, state)
         return state
 
-    def _add_to_exchanges(self, observation: Observation, tracked: FloatArray) -> None:
-        """Add one instant to the check for exchanged IMUs."""
-        # Where the filter has exchanged sides, either the tracker or the IMUs are wrong.
-        as_measured = np.where(tracked == observation.positions, tracked, np.nan)
-        moving = self._imus.moving(observation.imus.segments)
-        as_moving = with_segments(observation.imus, moving)
-        self._exchanges.add(observation.stamp_ns, as_measured, as_moving)
-
     def add_to_slips(
         self, observation: Observation, tracked: FloatArray, state: FilterState
     ) -> None:
         """Add one instant, or a late frame, to the check for slips; see :meth:`observe`."""
-        imus = observation.imus
-        as_worn = with_segments(imus, self._imus.carriers(imus.segments))
-        headings = np.full(len(imus), np.nan)  # of the aligned IMUs
-        for row, worn in self._imus.with_link(imus.segments):
-            if worn.use.is_aligned:
-                headings[row] = state.imus.heading[worn.link]
-        self._slips.add(observation.stamp_ns, tracked, as_worn, headings)
+        self._places.add_to_slips(observation, tracked, state.imus.heading)
 
     def _exclude_contradicted(self, worn: WornImu, state: FilterState) -> None:
         """Exclude an IMU that the cameras contradict: it has turned its link with it."""
@@ -239,7 +217,7 @@ class ImuAlignments:
 
     def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
-        exchanged = self._exchanges.exchanged()
+        exchanged = self._places.exchanges.exchanged()
         for worn in self._imus:
             if worn.segment in exchanged:
                 there = exchanged[worn.segment]
@@ -249,13 +227,13 @@ class ImuAlignments:
                 self.z_down -= {worn.use.segment}  # as found on the other's segment
                 self._imus.wear(worn.use.segment, there)
         if exchanged:
-            self._restart_exchanges()
+            self._places.restart_exchanges()
         self._find_z_down(state)
-        slipped = self._slips.slipped
+        slipped = self._places.slips.slipped
         for _, worn in self._imus.with_link(segments):
             if worn.segment in slipped:
                 self._discard(worn, state)
-                self._restart_exchanges()
+                self._places.restart_exchanges()
             if not worn.use.is_aligned:
                 found = self._aligned(worn, state)
                 if found is None:
@@ -293,7 +271,7 @@ class ImuAlignments:
             self._discard_known(worn)
         if found:
             self.z_down |= found
-            self._restart_exchanges()
+            self._places.restart_exchanges()
 
     def _aligned(self, worn: WornImu, state: FilterState) -> Alignment | None:
         """The alignment of an IMU, with its known one, or without that if it fails."""
@@ -311,11 +289,6 @@ class ImuAlignments:
             worn.use.contradictions += 1
             self._discard_known(worn)
         return anew
-
-    @staticmethod
-    def _has_slipped(worn: WornImu, imus: ImuMeasurements) -> bool:
-        """Whether an IMU has slipped since its last realignment."""
-        return imus.slips.get(worn.use.segment, 0) > worn.slips
 
     def _discard(self, worn: WornImu, state: FilterState) -> None:
         """Discard an IMU's alignment after it slipped."""
@@ -336,11 +309,7 @@ class ImuAlignments:
             self._exclude(each, state)
             self._discard_known(each)
             self._imus.wear(each.use.segment, each.use.segment)
-        self._restart_exchanges()
-
-    def _restart_exchanges(self) -> None:
-        """Restart the check for exchanged IMUs: its sums are of how they were worn before."""
-        self._exchanges = ExchangeCheck()
+        self._places.restart_exchanges()
 
     def _discard_known(self, worn: WornImu) -> None:
         """Discard what is known of an IMU's alignment before it is aligned."""
@@ -361,7 +330,7 @@ class ImuAlignments:
         self.changes += 1
         worn.use.is_aligned = False
         worn.alignment.clear()
-        self._slips.forget(worn.segment)
+        self._places.slips.forget(worn.segment)
         forget_imu(state, worn.link)
 
     def _alignment_of(self, worn: WornImu, state: FilterState) -> SensorToSegment:

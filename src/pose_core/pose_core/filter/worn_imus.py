@@ -8,6 +8,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.filter.state import NO_COLUMN
+from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -42,6 +43,10 @@ class WornImu:
             self.R_world_first = R_world_sensor.copy()
         trace = np.einsum("ij,ij", R_world_sensor, self.R_world_first)
         self.use.has_moved |= bool(trace < 1.0 + 2.0 * MOVED)
+
+    def has_slipped(self, imus: ImuMeasurements) -> bool:
+        """Whether it has slipped since its last realignment."""
+        return imus.slips.get(self.use.segment, 0) > self.slips
 
     def require_motion(self) -> None:
         """Require that it moves again before it is aligned: it may have been put down."""
