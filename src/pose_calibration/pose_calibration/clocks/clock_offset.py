@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
 from pose_calibration.clocks.joint_delays import LAG_SPREAD_S, UNKNOWN_DELAY, Delay, estimate_delay
-from pose_calibration.clocks.motion_track import Track, track_of, without_slow
+from pose_calibration.clocks.motion_track import (
+    APART_S,
+    GRID_RATE,
+    SEARCHED_S,
+    Track,
+    track_of,
+    without_slow,
+)
 from pose_calibration.geometry.rigid_transform import (
     CalibrationError,
     RobustFit,
@@ -23,20 +30,17 @@ from pose_core.api import Clock, FloatArray, SkeletonSample, transformed
 from pose_core.finite_numbers import are_known
 from pose_core.stamps import NS_PER_S
 
-GRID_RATE = 50.0  # [Hz] of the search for the shift
 FIT_STEP_S = 0.3  # [s] between the shifts under which the relative rotation is estimated
 COARSE_SLOW_S = 3.0  # [s] slower differences are filtered out
 MIN_WHOLE = 0.8  # [-] share of that time in which a joint must be known
 MIN_OVERLAP_S = 2.0  # [s] of a joint in both views, under every shift
 AMBIGUOUS = 1.1  # [-] of the least difference: another shift within this factor makes it ambiguous
-APART_S = 0.15  # [s] shifts closer than this to the best one count as the same
 BEYOND_S = 0.1  # [s] searched beyond the largest offset: a minimum there is rejected
 TOLERANCE_S = 0.02  # [s] by which an offset may exceed the largest one: its uncertainty
 MIN_FRAMES = 30  # [-] of each sensor
 REFINEMENTS = 2  # [-] of the offset by the joints' delays
 FINE_REACH_S = 0.08  # [s] about the best shift
 OBSERVABLE_STDDEV_S = 0.017  # [s] half a frame: less certain offsets are not used
-SEARCHED_S = 60.0  # [s] used of a longer recording: a drift blurs the minimum
 WINDOW_S = 20.0  # [s] in which a delay is measured, to find the drift
 MAX_WINDOWS = 40  # [-]
 

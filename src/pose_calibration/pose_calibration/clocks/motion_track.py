@@ -13,6 +13,9 @@ from pose_core.stamps import NS_PER_S
 
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
 SLOW_S = 2.0  # [s] slower differences are not due to a delay
+SEARCHED_S = 60.0  # [s] used of a longer recording for a search: a drift blurs the minimum
+GRID_RATE = 50.0  # [Hz] of the shifts that are searched
+APART_S = 0.15  # [s] shifts closer than this to the best one count as the same
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 
 from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, measure_outwards
 from pose_calibration.clocks.joint_delays import Delay
-from pose_calibration.clocks.motion_track import Track, track_of
+from pose_calibration.clocks.motion_track import SEARCHED_S, Track, track_of
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
 from pose_calibration.inertial.imu_memory import ImuMemory
@@ -40,7 +40,6 @@ from pose_core.filter.tracker_errors import MAX_DELAY_S, MIN_DELAY_S
 from pose_core.stamps import NS_PER_S
 
 TRACKER_DELAY_S = 0.04  # [s] typical delay of trackers' joints behind their stamps
-SEARCHED_S = 60.0  # [s] used of a longer recording: a drift blurs the minimum
 WINDOW_S = 30.0  # [s] in which a delay is measured, to find the drift
 MAX_WINDOWS = 20  # [-]
 NEAR_S = 0.1  # [s] about a known offset

@@ -31,7 +31,6 @@ from pose_calibration.inertial.imu_motion import View
 from pose_core.api import FloatArray
 from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known, robust_stddev
-from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
 BODY_IMUS = "body-worn IMUs"
 RATE = 10.0  # [Hz] of the instants used
@@ -139,13 +138,12 @@ def _solve(
 def _matched(
     view: View, R: FloatArray, segment: str, vertical: Track, delay_s: float
 ) -> _LimbDirections | None:
-    start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
     if len(track.stamps) < 2:
         return None
     stamps = np.arange(track.stamps[0], track.stamps[-1], 1.0 / RATE)
-    joints = track.at(stamps)
-    bone = joints[:, end] - joints[:, start]
+    start, end = view.ends(segment, stamps)
+    bone = end - start
     up = vertical.at(stamps + delay_s)
     known = are_known(bone + up)
     if known.sum() < MIN_SAMPLES:

@@ -16,17 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S, UNKNOWN_DELAY, Delay
-from pose_calibration.clocks.motion_track import SLOW_S, Track, without_slow
+from pose_calibration.clocks.motion_track import APART_S, GRID_RATE, SLOW_S, Track, without_slow
 from pose_core.api import FloatArray
 from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, other_side
 
-GRID_RATE = 50.0  # [Hz]
 MIN_DURATION_S = 4.0  # [s] of a limb in view
 MIN_SWING = 0.03  # [-] standard deviation of a limb's high-passed inclination
 DECISIVE = 6.0  # [-] twice the log-likelihood ratio required between the best shift and others
-APART_S = 0.15  # [s] shifts closer than this to the best one count as the same
 MAX_POINTING = 0.7  # [-] largest cosine between a limb and the line of sight
 MIN_EXPLAINED = 0.5  # [-] share of the inclination's variance that the IMU must explain
 OWN_REACH_S = 0.2  # [s] half width of the search for each limb's shift about the common one
@@ -49,6 +47,12 @@ class View:
 
     track: Track  # joints in its frame, stamps on the reference's clock
     up: FloatArray  # (3,) the vertical in the camera's frame
+
+    def ends(self, segment: str, stamps: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions of a segment's two ends at instants [s], each (n, 3) [m]."""
+        joints = self.track.at(stamps)
+        start, end = (joints[:, JOINT_INDEX[name]] for name in SEGMENT_ENDS[segment])
+        return start, end
 
 
 @dataclass(frozen=True)
@@ -199,15 +203,13 @@ def _parabola(shifts: FloatArray, values: FloatArray, best: int) -> tuple[FloatA
 def _limb(
     view: View, segment: str, vertical: Track, reach: int, centre_s: float
 ) -> _LimbMisfit | None:
-    start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
     if len(track.stamps) < 2 or len(vertical.stamps) < 2:
         return None
     grid = np.arange(track.stamps[0], track.stamps[-1], 1.0 / GRID_RATE)
-    joints = track.at(grid)
-    bone = joints[:, end] - joints[:, start]
-    direction = unit_vectors(bone)
-    pointing = np.abs((direction * unit_vectors(joints[:, end])).sum(axis=1))
+    start, end = view.ends(segment, grid)
+    direction = unit_vectors(end - start)
+    pointing = np.abs((direction * unit_vectors(end)).sum(axis=1))
     inclination = np.where(pointing < MAX_POINTING, direction @ view.up, np.nan)
     margin = np.arange(-reach, 0) / GRID_RATE
     wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
