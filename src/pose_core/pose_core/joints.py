@@ -20,6 +20,8 @@ JOINTS: tuple[str, ...] = (
 
 JOINT_INDEX: dict[str, int] = {name: index for index, name in enumerate(JOINTS)}
 
+FARTHEST_M = 40.0  # [m] median distance of joints from a camera: none sees so far
+
 LIMB_JOINTS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
 """The joints of a leg and of an arm: ball joint, hinge, end."""
 

@@ -20,6 +20,7 @@ from pose_core.plain_yaml import read_yaml
 T = TypeVar("T")
 NAME = r"[A-Za-z]\w*"  # a whole component of a topic name
 NAME_ENDING = r"[A-Za-z0-9]\w*"  # the part of a component after an underscore
+OTHER_ID = re.compile(r"person_\d+")  # ids of the people beside the subject
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING
 
 from pose_core.errors import InputError
+from pose_core.parameters import OTHER_ID
 from pose_io.names import BODIES, SKELETON_ARRAY, TF_STATIC, TRUTH_NAMESPACE, skeletons_topic
 
 if TYPE_CHECKING:  # rosbags takes long to load, and nodes use the names only
@@ -15,7 +16,6 @@ IMU = "sensor_msgs/msg/Imu"
 IN_CAMERA = re.compile(r"(?:^|/)kinect_\w+/")
 IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
 BODY_TOPIC = re.compile(rf"{BODIES}(?P<body>[^/]+)/(?P<leaf>\w+)$")
-OTHER_ID = re.compile(r"person_\d+")
 
 
 def sensor_topics(bag: "BagReader") -> dict[str, str]:

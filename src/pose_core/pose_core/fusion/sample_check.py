@@ -8,14 +8,13 @@ import numpy as np
 
 from pose_core.errors import InputError
 from pose_core.finite_numbers import nan_median
-from pose_core.joints import JOINTS
+from pose_core.joints import FARTHEST_M, JOINTS
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import reference_stamp_ns
 from pose_core.streams.recording_order import WAIT_NS
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 
-FARTHEST_M = 40.0  # [m] median distance of joints from a camera
 MIN_STEP_NS = 1_000_000  # [ns] between two frames of a camera: no tracker has 1000 Hz
 
 

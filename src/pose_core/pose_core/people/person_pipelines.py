@@ -1,6 +1,5 @@
 """A :class:`Pipeline` for each person whose pose is estimated."""
 
-import re
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -12,12 +11,12 @@ from pose_core.estimates.body_estimates import EstimateBlock
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.imu.sensor_to_segment import SensorsToSegments
+from pose_core.parameters import OTHER_ID
 from pose_core.people.body_size import is_of_size
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.clocks import Clocks
 
-OTHER_ID = re.compile(r"person_\d+")
 COUNTERS = ("people_beyond_max", "measured_anew", "subject_changed")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError, writing
 from pose_core.finite_numbers import nan_median
-from pose_core.joints import JOINTS, TrackingState
+from pose_core.joints import FARTHEST_M, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.arrays import ByteArray
 from pose_io.recordings.formats.format import Format
@@ -28,7 +28,6 @@ COLUMNS = (
     *(f"{joint}_{value}" for joint in JOINTS for value in ("x", "y", "z", "state")),
 )
 STATES = tuple(float(state) for state in TrackingState)
-FARTHEST_M = 40.0  # [m] median distance of joints from the sensor; no camera sees so far
 MAX_STEP_S = 2.0  # [s] median time between a sensor's frames
 ROUNDED_STEP_S = 0.5  # [s] the same, from which on frames left by rounded times are of no use
 
