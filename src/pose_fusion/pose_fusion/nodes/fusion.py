@@ -13,26 +13,20 @@ from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
-from pose_calibration.imus.section import (
-    alignments_document,
-    load_alignments_if_any,
-    read_alignments,
-)
+from pose_calibration.imus.section import load_alignments_if_any
 from pose_core.api import (
-    BodyShape,
     EstimateBlock,
     PeoplePipeline,
     SensorFrame,
     StampCheck,
     estimator_class,
     has_output_rate,
-    load_body_shape,
-    save_body_shape,
     warm_up,
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.joints import SEGMENTS
+from pose_fusion.kept_session import KeptSession
 from pose_fusion.nodes.body_publishers import BodyPublishers
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
@@ -45,7 +39,6 @@ from pose_io.names import BODIES, imu_topic, skeletons_topic
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import unused_sensors
-from pose_node.kept import Kept, kept_file
 from pose_node.node_status import Level, Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.qos import latched, sensor_data
@@ -77,11 +70,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
                 f"estimator = {self.settings.estimator} needs later samples, which a live node "
                 "does not have: choose another, or use ./pose fuse on a bag"
             )
-        kept = kept_file(self.get_fully_qualified_name(), self.settings.run)
-        self._shape_path = Path(self.settings.shape_file) if self.settings.shape_file else kept
-        self._kept_person = Kept(kept, "person", str)
-        read = partial(read_alignments, "the kept alignments")
-        self._kept_alignments = Kept(kept, "alignments", read)
+        self._kept = KeptSession(self.get_fully_qualified_name(), self.settings)
         self._counters = Counters(
             *COUNTS, "malformed_transforms", "malformed_clocks", "messages_lost"
         )
@@ -91,7 +80,6 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._logged: tuple[frozenset[str] | None, float] = None, 0.0  # sources, when [s]
         self._simulated_time = SimulatedTime(self.get_clock())
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
-        self._person = self._kept_person.load() or self.settings.person
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
         self._make_pipeline()
         self.changes["person"] = self._choose
@@ -135,10 +123,10 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         shape = before.shape_of(self.settings.subject)
         if shape is not None:
             self.pipeline.use_shape(shape)
-        self.pipeline.use_sensor_to_segment(self._alignments)
+        self.pipeline.use_sensor_to_segment(self._kept.alignments)
 
     def _make_pipeline(self) -> None:
-        parameters = replace(self.settings, person=self._person)
+        parameters = replace(self.settings, person=self._kept.person)
         self.pipeline = PeoplePipeline(parameters, self._publish, is_live=True)
         check = StampCheck() if has_output_rate(self.settings) else None
         self._reader = SampleReader(self.settings.sensors, check, self._counters)
@@ -149,21 +137,21 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         if parameters.extrinsics_file:
             path = Path(parameters.extrinsics_file)
             pipeline.use_extrinsics(load_extrinsics_of(path, parameters.sensors))
-        if self._shape_path is not None and self._shape_path.exists():
-            pipeline.use_shape(load_body_shape(self._shape_path, pipeline.subject.model))
+        shape = self._kept.load_shape(pipeline.subject.model)
+        if shape is not None:
+            pipeline.use_shape(shape)
             self._publish_shapes()
         name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
-        self._alignments = {**alignments, **(self._kept_alignments.load() or {})}
-        pipeline.use_sensor_to_segment(self._alignments)
+        self._kept.load_alignments(alignments)
+        pipeline.use_sensor_to_segment(self._kept.alignments)
         if alignments or parameters.imus_file:
             known = ", ".join(alignments) or "none: each is aligned from motion"
             self.get_logger().info(f"IMUs whose alignment is from {name}: {known}")
 
     def _choose(self, person: str) -> None:
         """Choose the subject by a new rule from now on, also after a restart of this node."""
-        self._person = person
         self.pipeline.choice.choose_by(person)
-        self._kept_person.save(person)
+        self._kept.choose(person)
 
     def _subscribe_to_sensors(self) -> None:
         self._cameras = {}
@@ -265,15 +253,10 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             if shape is None or not self._bodies.publish_shape(body_id, shape):
                 continue
             if body_id == self.settings.subject:
-                self._save_shape(shape)
-
-    def _save_shape(self, shape: BodyShape) -> None:
-        path = self._shape_path
-        if path is not None and not path.exists():
-            try:
-                save_body_shape(path, self.pipeline.subject.model, shape, self.settings.subject)
-            except InputError as error:
-                self.get_logger().error(str(error))
+                try:
+                    self._kept.save_shape(self.pipeline.subject.model, shape)
+                except InputError as error:
+                    self.get_logger().error(str(error))
 
     def _check_sources(self) -> None:
         """Report immediately which sources have become unusable or usable; end if deaf."""
@@ -282,12 +265,8 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             self.diagnostics.publish()
 
     def keep_alignments(self) -> None:
-        """Save the IMUs' alignments, including silent IMUs but not contradicted ones."""
-        subject = self.pipeline.subject
-        contradicted = {use.segment for use in subject.imu_uses if use.contradictions}
-        known = {s: each for s, each in self._alignments.items() if s not in contradicted}
-        self._alignments = {**known, **subject.sensor_to_segment}
-        self._kept_alignments.save(alignments_document(self._alignments))
+        """Save the IMUs' alignments."""
+        self._kept.save_alignments(self.pipeline.subject)
 
     def _take_lost(self) -> dict[str, int]:
         """Messages lost since the last call, by source."""
