@@ -34,7 +34,7 @@ class TeleopScores:
             followed the person, including soft starts [-].
         tool_mm: (n,) distance of the robot's tool from its target [mm].
         latency_ms: (m,) from the capture of the pose to the arrival of the command [ms].
-        jerk: Largest jerk of the commands, relative to its limit [-].
+        jerk: 99th percentile of the commands' jerk, relative to its limit [-].
         beyond: Excess of commands over limits: position [rad], velocity and acceleration relative
             to the limit [-].
         robot_beyond: Excess of the robot's joints: position [rad], velocity relative to the
@@ -76,7 +76,7 @@ def score_teleop(bag_path: Path) -> TeleopScores:
         ),
         tool_mm=_tool_errors_mm(arm, target, measured),
         latency_ms=(command.recorded_ns - command.stamps_ns)[is_new] * 1e-6,
-        jerk=_largest_jerk(sent_ns, acceleration) / float(limits.jerk.max()),
+        jerk=_jerk_p99(sent_ns, acceleration) / float(limits.jerk.max()),
         beyond=(
             float(np.maximum(position - limits.upper, limits.lower - position).max()),
             float((np.abs(velocity) / limits.velocity).max() - 1.0),
@@ -100,8 +100,8 @@ def _first_points(bag: BagReader) -> tuple[IntArray, FloatArray]:
     return np.array(sent_ns, np.int64), np.array(points, float)
 
 
-def _largest_jerk(sent_ns: IntArray, acceleration: FloatArray) -> float:
-    """Largest jerk between accelerations of consecutive commands [rad/s3]."""
+def _jerk_p99(sent_ns: IntArray, acceleration: FloatArray) -> float:
+    """99th percentile of the jerk between accelerations of consecutive commands [rad/s³]."""
     step_s = np.diff(sent_ns) * 1e-9
     together = (step_s > 0.002) & (step_s < 0.03)
     jerk = np.abs(np.diff(acceleration, axis=0)).max(axis=1) / np.maximum(step_s, 0.002)
