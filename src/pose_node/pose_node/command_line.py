@@ -34,6 +34,19 @@ def number_within(low: float, high: float, unit: str) -> Callable[[str], float]:
     return number
 
 
+def add_option(
+    parser: argparse.ArgumentParser,
+    name: str,
+    default: str | float,
+    meaning: str,
+    metavar: str | None = None,
+) -> None:
+    """Declare an option whose value is of the default's type; its help shows the default."""
+    shown = f"{default:g}" if isinstance(default, float) else default
+    text = f"{meaning} (default: {shown})"
+    parser.add_argument(name, type=type(default), default=default, metavar=metavar, help=text)
+
+
 def check_folder_of(output: Path) -> None:
     """Raise an InputError if a file cannot be written because its folder does not exist."""
     if not output.parent.is_dir():

@@ -31,7 +31,7 @@ from pose_core.parameters import add_arguments, from_arguments
 from pose_core.stamps import nanoseconds
 from pose_fusion.calibration_lines import floor_line
 from pose_io.bags import open_bag
-from pose_node.command_line import check_folder_of
+from pose_node.command_line import add_option, check_folder_of
 from pose_node.plain_console import progress_bar
 
 ENDS = {"first": 0, "last": -1}
@@ -67,19 +67,10 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--info", nargs="+", default=[], metavar="NAME=YAML", help="camera info files (intrinsics)"
     )
-    parser.add_argument(
-        "--image-topic", default="kinect_{name}/image_raw", help="(default: %(default)s)"
-    )
-    parser.add_argument(
-        "--info-topic", default="kinect_{name}/camera_info", help="(default: %(default)s)"
-    )
-    parser.add_argument(
-        "--max-skew",
-        type=float,
-        default=0.1,
-        help="largest difference of stamps [s] in a view "
-        "of the standing board (default: %(default)s)",
-    )
+    add_option(parser, "--image-topic", "kinect_{name}/image_raw", "of each camera")
+    add_option(parser, "--info-topic", "kinect_{name}/camera_info", "of each camera")
+    skew = "largest difference of stamps [s] in a view of the standing board"
+    add_option(parser, "--max-skew", 0.1, skew)
     parser.add_argument(
         "--floor-view",
         metavar="NAME",

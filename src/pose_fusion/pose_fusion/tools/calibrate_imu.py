@@ -22,7 +22,7 @@ from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import BagReader, open_bag
 from pose_io.renamed_topics import add_remap_argument
-from pose_node.command_line import check_folder_of
+from pose_node.command_line import add_option, check_folder_of
 from pose_node.plain_console import progress_bar
 
 Show = Callable[[float, str], None]
@@ -41,9 +41,7 @@ def make_parser() -> argparse.ArgumentParser:
         help="the session's YAML: of a calibration that exists, where the Kinects are is read and "
         "kept; else it is made",
     )
-    parser.add_argument(
-        "--timeout", type=float, default=180.0, help="give up after so long [s] (default: 180)"
-    )
+    add_option(parser, "--timeout", 180.0, "give up after so long [s]")
     parser.add_argument(
         "--keep-going",
         action="store_true",

@@ -11,7 +11,7 @@ from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments
 from pose_fusion.calibration_lines import extrinsics_lines
-from pose_node.command_line import check_folder_of
+from pose_node.command_line import add_option, check_folder_of
 from pose_node.plain_console import progress_bar
 
 
@@ -19,9 +19,7 @@ def make_parser() -> argparse.ArgumentParser:
     """The command line."""
     parser = argparse.ArgumentParser(prog="pose calibrate live", description=__doc__)
     parser.add_argument("-o", "--output", type=Path, required=True, help="the YAML to write")
-    parser.add_argument(
-        "--timeout", type=float, default=180.0, help="give up after so long [s] (default: 180)"
-    )
+    add_option(parser, "--timeout", 180.0, "give up after so long [s]")
     add_arguments(parser.add_argument_group("parameters"), LiveCalibrationParameters)
     return parser
 

@@ -24,7 +24,7 @@ from pose_fusion.tools.demo_run import (
     watch,
 )
 from pose_node.child_process import executable, run_to_end
-from pose_node.command_line import run_tool
+from pose_node.command_line import add_option, run_tool
 from pose_node.node_status import NodeStatus
 
 OUT = Path("out")  # under the current directory
@@ -222,12 +222,8 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         help="a KinectMultiTrack or plain CSV file, gzip or not, of two Kinects",
     )
-    parser.add_argument(
-        "--choreography",
-        default="leg_lift_march",
-        metavar="NAME",
-        help="what the synthetic subject does (default: leg_lift_march)",
-    )
+    what = "what the synthetic subject does"
+    add_option(parser, "--choreography", "leg_lift_march", what, "NAME")
     parser.add_argument(
         "--motion",
         type=Path,
@@ -241,7 +237,7 @@ def _parser() -> argparse.ArgumentParser:
         help=f"length [s] of the session (default: {SYNTHETIC_S:g}), or how much of a recording "
         f"to replay (default: its first {RECORDING_S:g} s)",
     )
-    parser.add_argument("--seed", type=int, default=1, help="of the synthetic subject (default: 1)")
+    add_option(parser, "--seed", 1, "of the synthetic subject")
     parser.add_argument(
         "--view", action="store_true", help="show it in the browser too, on http://127.0.0.1:8080"
     )

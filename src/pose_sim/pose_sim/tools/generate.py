@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from pose_core.errors import InputError
-from pose_node.command_line import run_tool
+from pose_node.command_line import add_option, run_tool
 from pose_sim.captured.clips import read_clip
 from pose_sim.captured.motion import motion_of
 from pose_sim.choreography import CHOREOGRAPHIES
@@ -24,33 +24,19 @@ def make_parser() -> argparse.ArgumentParser:
         "nodes' frames, and the truth as a bag. Nothing in it comes from a person.",
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder to make")
-    parser.add_argument(
-        "--choreography",
-        default="leg_lift_march",
-        help=f"one of {', '.join(CHOREOGRAPHIES)} (default: %(default)s)",
-    )
+    names = ", ".join(CHOREOGRAPHIES)
+    add_option(parser, "--choreography", "leg_lift_march", f"one of {names}")
     parser.add_argument(
         "--motion",
         type=Path,
         metavar="FILE",
         help="perform the captured motion of a .bvh, .bvh.gz or .npz file instead",
     )
-    parser.add_argument(
-        "--duration", type=float, default=60.0, metavar="S", help="[s] (default: %(default)g)"
-    )
-    parser.add_argument("--seed", type=int, default=1, help="of all chance (default: %(default)s)")
-    parser.add_argument(
-        "--start-at",
-        type=int,
-        default=0,
-        metavar="NS",
-        help="stamp of the session's time zero in the truth, UNIX time [ns] (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--noise",
-        default="typical",
-        help=f"one of {', '.join(NOISE_PRESETS)} (default: %(default)s)",
-    )
+    add_option(parser, "--duration", 60.0, "[s]", "S")
+    add_option(parser, "--seed", 1, "of all chance")
+    zero = "stamp of the session's time zero in the truth, UNIX time [ns]"
+    add_option(parser, "--start-at", 0, zero, "NS")
+    add_option(parser, "--noise", "typical", f"one of {', '.join(NOISE_PRESETS)}")
     parser.add_argument(
         "--params",
         type=Path,

@@ -13,7 +13,7 @@ import numpy as np
 
 from pose_core.errors import InputError, writing
 from pose_core.plain_yaml import dump_yaml
-from pose_node.command_line import number_within, run_tool
+from pose_node.command_line import add_option, number_within, run_tool
 from pose_sim import imu_file
 from pose_sim.imu_devices import BAUDRATES, nodes_file, port_streams
 from pose_sim.serial_device import PseudoTerminal, over_the_air, transmit
@@ -58,7 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     ):
         text, within = f"{meaning} (default: %(default)g)", number_within(0.0, 1.0, unit)
         parser.add_argument(name, type=within, default=default, metavar=metavar, help=text)
-    parser.add_argument("--seed", type=int, default=1, help="of all chance (default: %(default)s)")
+    add_option(parser, "--seed", 1, "of all chance")
     return parser
 
 

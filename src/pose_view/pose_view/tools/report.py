@@ -13,7 +13,7 @@ from pose_core.joints import JOINTS
 from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference
-from pose_node.command_line import run_tool
+from pose_node.command_line import add_option, run_tool
 from pose_node.many import add_many_arguments, run_many
 from pose_node.plain_console import progress_bar
 from pose_view.report.analysis import Analysis, analyse
@@ -78,11 +78,12 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--until", type=float, default=float("inf"), metavar="S", help="end of that stretch [s]"
     )
-    parser.add_argument(
+    add_option(
+        parser,
         "--person",
-        default="first",
-        help="whom to report on: first, nearest (to the first sensor), imus (who wears them), or a "
-        "sensor's id (default: %(default)s)",
+        "first",
+        "whom to report on: first, nearest (to the first sensor), imus (who wears them), or a "
+        "sensor's id",
     )
     parser.add_argument(
         "--body", default="", help="which fused body of the bag (default: the subject)"
