@@ -11,7 +11,7 @@ from pose_core.counters import Counters
 from pose_core.lower_line import LowerLine
 from pose_core.stamps import NS_PER_S, NS_PER_US
 
-JUMP_NS = 5 * NS_PER_S  # [ns] difference from which on a clock has jumped: the node restarted
+JUMP_NS = 5 * NS_PER_S  # [ns] difference from which on a clock has jumped: it restarted, or was set
 HOLD_NS = 1000  # [ns] step of a stamp that would otherwise decrease
 COUNTED_SKEW = 0.2  # [-] relative error of a period estimated from a few arrivals
 COUNTED_STEP = 0.8  # [-] smallest delay, in periods, that indicates lost samples
@@ -24,12 +24,12 @@ PAUSE_NS = 2 * NS_PER_S  # [ns] after a longer silence the number of lost sample
 class NodeTime(NamedTuple):
     """Time of a sample."""
 
-    stamp_ns: int  # [ns] on the host's clock, greater than that of the node's previous sample
+    stamp_ns: int  # [ns] on the host's clock
     elapsed_s: float | None  # [s] since that; None for the first sample, and after a clock's jump
 
 
 class _StampedSamples:
-    """Stamps of one node's samples, strictly increasing.
+    """Stamps of one node's samples, strictly increasing until the host's clock is set back by far.
 
     Attributes:
         counters: ``clock_jumps``: of the node's clock; ``clock_steps``: lasting changes of the
@@ -43,8 +43,11 @@ class _StampedSamples:
         self._stamp_ns = 0
 
     def _increasing(self, stamp_ns: int) -> int:
-        """The stamp of the next sample [ns]: this one, unless it is not after the previous one."""
-        if stamp_ns <= self._stamp_ns:
+        """The stamp of the next sample [ns]: this one, unless it is not after the previous one.
+
+        A larger step back means that the host's clock was set back: stamps continue from there.
+        """
+        if -JUMP_NS <= stamp_ns - self._stamp_ns <= 0:
             self.counters.add("stamps_held")
             stamp_ns = self._stamp_ns + HOLD_NS
         self._stamp_ns = stamp_ns
@@ -109,7 +112,7 @@ class CountingClock(_StampedSamples):
     """Stamps the samples of a device without a clock but with a constant rate.
 
     The count of samples replaces the clock. Lost samples are detected within two seconds, since all
-    later arrivals appear late. ``clock_jumps`` are pauses.
+    later arrivals appear late. ``clock_jumps`` are pauses, and steps back of the host's clock.
     """
 
     drift = 0.0
@@ -124,15 +127,19 @@ class CountingClock(_StampedSamples):
 
     def stamp(self, arrival_ns: int) -> NodeTime:
         """The host time of the next sample, which arrived at this host time [ns]."""
-        begins = self._first_ns is None or arrival_ns - self._arrival_ns > PAUSE_NS
+        passed_ns = arrival_ns - self._arrival_ns
+        begins = self._first_ns is None or not -JUMP_NS <= passed_ns <= PAUSE_NS
         self._arrival_ns = arrival_ns
         if begins:
             self.counters.add("clock_jumps", self._first_ns is not None)
             self._begin(arrival_ns)
         else:
             self._count += 1
-        before_ns, stamp_ns = self._stamp_ns, self._increasing(self._next_stamp_ns(arrival_ns))
-        return NodeTime(stamp_ns, None if begins else (stamp_ns - before_ns) * 1e-9)
+        before_ns, line_ns = self._stamp_ns, self._next_stamp_ns(arrival_ns)
+        stamp_ns = self._increasing(line_ns)
+        is_behind = line_ns < before_ns - self._period_ns  # the host's clock was set back
+        elapsed_ns = self._period_ns if is_behind else stamp_ns - before_ns
+        return NodeTime(stamp_ns, None if begins else elapsed_ns * 1e-9)
 
     def _begin(self, arrival_ns: int) -> None:
         self._line, self._first_ns, self._count = None, arrival_ns, 0

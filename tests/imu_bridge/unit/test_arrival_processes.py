@@ -86,6 +86,27 @@ def test_a_host_clock_that_is_set_by_a_second_is_followed_within_two_seconds():
     assert error_ms[3250:].max() < 5.0
 
 
+@pytest.mark.parametrize("clock", [NodeClock(), CountingClock()], ids=["node", "counting"])
+def test_a_host_clock_that_is_set_back_by_an_hour_is_followed_at_once(clock):
+    arrival_ns = captured()
+    arrival_ns[3000:] -= 3600 * 1000 * MS
+    has_clock = isinstance(clock, NodeClock)
+    stamps = [
+        (clock.stamp(10_000 * k, ns) if has_clock else clock.stamp(ns)).stamp_ns
+        for k, ns in enumerate(arrival_ns.tolist())
+    ]
+    assert deviation_ms(np.array(stamps), arrival_ns)[SETTLED:].max() < 3.0
+    assert clock.counters["clock_jumps"] == 1
+
+
+def test_the_time_between_samples_is_their_period_while_stamps_are_held():
+    arrival_ns, clock = captured(), CountingClock()
+    arrival_ns[3000:] -= 3000 * MS
+    elapsed = [clock.stamp(ns).elapsed_s for ns in arrival_ns.tolist()]
+    assert clock.counters["stamps_held"] > 100
+    assert sum(elapsed[3000:3300]) == pytest.approx(3.0, abs=0.1)
+
+
 def test_a_restarted_node_is_stamped_right_at_once():
     clock = NodeClock()
     for k in range(500):
