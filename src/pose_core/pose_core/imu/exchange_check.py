@@ -10,7 +10,8 @@ segment j is
 The sum is linear in :math:`(1, \cos\psi, \sin\psi)`, so that three vectors accumulate it. Sensors i
 and j are exchanged if that explains both segments clearly better,
 :math:`\chi^2_{ii} + \chi^2_{jj} - \chi^2_{ij} - \chi^2_{ji} > g`. Headings of sensors that
-know north are expected near those of the others, which adds the log-prior to :math:`\chi^2`. The
+know north are expected near those of the others, which adds the log-prior to :math:`\chi^2`. That
+they know it is what their covariance says; whether it is so, the other sensors' headings tell. The
 filter's own rotations are not used: an IMU that takes part has turned them already.
 """
 
@@ -32,13 +33,15 @@ DIRECTION_STDDEV = 0.12  # [rad] of a limb's direction by a camera
 TRUNK_STDDEV = 0.18  # [rad] of the trunk's, which is not rigid
 LATE_S = 0.1  # [s] in addition for each unit of the fastest sensor's rate
 INDEPENDENT_S = 0.8  # [s] correlation time of these errors
-MAX_VOTE = 10.0  # [-] of one sensor, for the heading that all share
 COMMON_STDDEV = 0.35  # [rad] of the heading of one that knows north, about the others'
-OTHER_SHARE = 0.01  # [-] of them whose heading may be any
+OTHER_SHARE = 0.07  # [-] of them whose heading may be any
+SHARED = 0.5  # [-] prior probability that those which say so know north at all
 EXCHANGE_GAIN = 30.0  # [-] g; 25 was the largest of sessions without exchanged sensors
 SIDES_GAIN = 10.0  # [-] g of the left and the right one, which are exchanged most; likewise 4
 _TURNS = np.radians(np.arange(0.0, 360.0, 6.0))
 _NEAR = np.exp(-0.5 * (wrapped(_TURNS[:, None] - _TURNS) / COMMON_STDDEV) ** 2)
+NEAR = (1.0 - OTHER_SHARE) * _NEAR / _NEAR.mean(axis=0) + OTHER_SHARE
+"""[-] Density of a sensor's heading, if it shares another one, over that of any heading."""
 HEADINGS = np.stack([np.ones_like(_TURNS), np.cos(_TURNS), np.sin(_TURNS)], axis=1)
 
 
@@ -133,11 +136,17 @@ class ExchangeCheck:
         return np.asarray(on_own + on_own.T - on_other - on_other.T)
 
     def _log_heading_prior(self, misfit: FloatArray) -> FloatArray:
-        """Log-prior of each sensor's heading by the others, without that of the segment it is on.
+        r"""Log-prior of each sensor's heading by the others, without that of the segment it is on.
 
-        Sensors that know north have nearly the same heading; the others' is as likely as their own
-        segments allow. Without it, a leg that swings forwards is one that swings backwards in a
-        world that is turned over.
+        Sensors that know north have nearly the same heading :math:`\psi_0`; the others' is as
+        likely as their own segments allow, :math:`L_k`. Without it, a leg that swings forwards is
+        one that swings backwards in a world that is turned over. With :math:`n` for :data:`NEAR`,
+        :math:`q` for the probability that headings are shared, and k for the other sensors that
+        say that they know north:
+
+        .. math:: p(\psi_0) = \prod_k \frac{\sum_\psi n(\psi, \psi_0)\,L_k(\psi)}
+                  {\sum_\psi L_k(\psi)}, \quad
+                  q = \frac{q_0 \bar p}{q_0 \bar p + 1 - q_0}
 
         Args:
             misfit: Of each sensor on its own segment, (headings, n).
@@ -145,8 +154,12 @@ class ExchangeCheck:
         Returns:
             Of sensor i, if it is compared with j, (headings, n, n).
         """
-        votes = np.where(self._knows_north, np.maximum(misfit.min(axis=0) - misfit, -MAX_VOTE), 0.0)
-        log_p = 0.5 * (votes.sum(axis=1)[:, None, None] - votes[:, :, None] - votes[:, None])
-        p = np.exp(log_p - log_p.max(axis=0))
-        prior = np.log(np.tensordot(_NEAR, p / p.sum(axis=0), axes=1) + OTHER_SHARE)
+        likelihood = np.exp(0.5 * (misfit.min(axis=0) - misfit))
+        votes = np.log(NEAR @ (likelihood / likelihood.sum(axis=0)))
+        votes[:, ~self._knows_north] = 0.0
+        log_p = votes.sum(axis=1)[:, None, None] - votes[:, :, None] - votes[:, None]
+        p = np.exp(log_p)
+        odds = SHARED / (1.0 - SHARED) * p.mean(axis=0)
+        near = np.tensordot(NEAR, p / p.sum(axis=0), axes=1)
+        prior = np.log((odds * near + 1.0) / (odds + 1.0))
         return np.where(self._knows_north[:, None], prior, 0.0)
