@@ -9,6 +9,7 @@ from pose_core.streams.time_alignment import AlignedFrame
 
 NS = 1_000_000_000
 ANKLE = 0.07  # [m] above the floor
+LEAN = 0.064  # [-] forwards, so that the centre of mass is 6 cm in front of the ankles
 SWAPPED = [
     JOINT_INDEX[name.replace("left_", "#").replace("right_", "left_").replace("#", "right_")]
     for name in JOINTS
@@ -48,6 +49,7 @@ def stance():
         body[index] = HALF.get(name) or HALF[joint]
         if side == "right":
             body[index, 1] *= -1.0
+    body[:, 0] = LEAN * (body[:, 2] - ANKLE)
     return body
 
 

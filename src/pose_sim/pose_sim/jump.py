@@ -24,6 +24,7 @@ PUSH_TIME, ABSORB_TIME = 0.30, 0.32  # [s]
 
 def jump(t: AngleTimeline) -> None:
     """Add one jump to the timeline."""
+    t.lean = 0.0
     crouched = _both_legs(leg_pose(np.array([CROUCH])))
     down = {name: float(np.degrees(values[0])) for name, values in crouched.items()}
     arms_back, arms_up = both(shoulder_flexion=-30.0), both(shoulder_flexion=75.0)

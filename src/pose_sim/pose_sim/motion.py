@@ -107,6 +107,7 @@ def perform(
     clearance = channels["clearance"]
     angles = {name: channels[name] for name in BODY_ANGLES}
     angles["pelvis_yaw"] += heading
+    angles["pelvis_tilt"] += timeline.lean
     _add_sway(angles, times, still, timeline.variation.sway, rng)
     _move_clavicles(angles)
     pose = body.pose(angles)

@@ -31,6 +31,9 @@ class Variation:
     sway: float = size(0.6, "deg", 10.0, "postural sway of trunk, head and arms")
 
 
+LEAN = float(np.radians(3.4))  # [rad] by which the centre of mass is in front of the ankles
+
+
 class AngleTimeline:
     """Joint angles of a choreography; each move advances its time.
 
@@ -45,6 +48,7 @@ class AngleTimeline:
     ) -> None:
         self.body = body
         self.now = 0.0  # [s] start of the next move
+        self.lean = LEAN  # [rad] of the whole body; jumps and steps are computed without
         self._rng = rng
         self.variation = variation or Variation()
         self._tempo = 1.0 + self.variation.person_tempo * rng.uniform(-1.0, 1.0)

@@ -14,6 +14,7 @@ BACKWARD = (-13.0, 14.0)
 
 def walk_about(t: AngleTimeline) -> None:
     """Walk from side to side and from near to far, turn to both sides, raise the arms."""
+    t.lean = 0.0
     quarter_turn(t, "left", 1.0)
     walk(t, steps=2)
     raise_arms(t, shoulder_flexion=80, elbow_flexion=20)

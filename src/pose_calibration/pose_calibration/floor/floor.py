@@ -3,17 +3,20 @@ r"""Estimation of the world frame ``map`` from standing and walking persons.
 ``map`` has z up and the floor at z = 0; x is the horizontal part of the reference sensor's
 viewing direction, and the origin lies on the floor below the reference sensor.
 
-The vertical follows from the person's upright stance, then from the heights of the standing feet,
-which lie on a plane. With :math:`h` the height of a foot at the horizontal position :math:`(x, y)`
+The vertical follows from the person's balance: the centre of mass of somebody on the feet is on
+average above them. Then it is corrected by the heights of the standing feet, which lie on a plane.
+With :math:`h` the height of a foot at the horizontal position :math:`(x, y)`
 along the initial vertical:
 
 .. math:: h = a x + b y + c
 
 and :math:`(a, b)` is combined with the body's estimate :math:`(0, 0)` by the inverse covariances:
 feet at one place leave the body's estimate, feet of a walking person correct it, and feet that are
-on no plane, as those of a climbing person, hardly do. On two-view
-recordings from a height of 1 m with a level sensor, the error of the body alone is 1 degree and of
-the feet alone 2, since the error of an ankle's height depends on the distance.
+on no plane, as those of a climbing person, hardly do.
+
+References:
+    Winter (2009), Biomechanics and Motor Control of Human Movement, 4th ed.: figure 4.1 and
+    table 4.1, lengths and masses of segments.
 """
 
 from dataclasses import dataclass
@@ -25,18 +28,31 @@ from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, FloorEstimate, rigid_transform
 from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known, robust_stddev
-from pose_core.joints import JOINT_INDEX, JOINT_PAIRS
+from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, JOINTS
 
-ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
+ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter)
 FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height between positions
 ANKLE_HEIGHT_STDDEV_M = 0.02  # [m] between people, shoes and sensors
 FOOT_SLOPE_STDDEV = np.radians(2.5)  # [rad] systematic error of ankle heights with the distance
 WEAK_PRIOR = np.radians(20.0)  # [rad] of the slope, if the feet alone do not determine it
-BODY_STDDEV = np.radians(2.5)  # [rad] of a standing person's long axis from the vertical
+BODY_STDDEV = np.radians(2.0)  # [rad] error of the vertical by a person's balance
+AHEAD_OF_ANKLES_M = 0.06  # [m] horizontal distance of the centre of mass from the ankles
+MASS_SHARES = {
+    "head": 0.081,
+    "shoulder": 0.140,
+    "elbow": 0.019,
+    "hand": 0.015,
+    "hip": 0.181,
+    "knee": 0.070,
+    "foot": 0.035,
+}
+"""[-] The body's mass, shared among the joints at the ends of its segments, as their centres of
+mass are (Winter)."""
+MOST_MASS = 0.9  # [-] share that must be seen
 LEVEL_STDDEV = np.radians(10.0)  # [rad] of the viewing direction, without other information
 MAX_TILT = np.radians(60.0)  # [rad] of the sensor, to distinguish a lying person
-STRAIGHT_KNEE = np.radians(25.0)  # [rad] flexion up to which a leg is straight
-UPRIGHT_TRUNK = np.radians(20.0)  # [rad] between trunk and legs
+BENT = np.radians(75.0)  # [rad] of knees and hips, up to which a person is on the feet: a chair
+MAX_SWAY = np.radians(25.0)  # [rad] from the median, of the directions that count
 FEET_COUNT_BELOW = 0.85  # [-] of the body's deviation, below which feet are named as a source
 MIN_UPRIGHT_FRAMES = 15  # [-]
 CELL_M = 0.25  # [m] feet in one cell of the floor count as one observation
@@ -45,6 +61,7 @@ HUBER_M = 0.04  # [m] larger deviations are feet in the air or wrong joints
 PLANE_SCATTER_M = 0.06  # [m] of standing feet about their plane; 0.01 to 0.04 on a floor
 MAX_DISTANCE = 6.0  # [-] squared, of the feet's slope from the body's, over its variance
 ITERATIONS = 20
+BALANCE_ITERATIONS = 3
 
 
 KNOWN_MOUNTING = "known mounting"
@@ -80,8 +97,7 @@ def estimate_floor(
     """
     mounting = mounting or KnownMounting()
     positions = positions.reshape(-1, *positions.shape[-2:])
-    directions = _upright_directions(positions)
-    up, up_stddev, source = _first_guess(directions, mounting, gravity)
+    up, up_stddev, source = _first_guess(positions, mounting, gravity)
     feet = positions[:, JOINT_PAIRS["foot"]]
     height, slope_stddev, height_stddev = 1.0, up_stddev, np.inf  # without feet, that of a table
     # The lower foot of each frame is the standing one.
@@ -108,36 +124,48 @@ def estimate_floor(
 
 
 def _first_guess(
-    directions: FloatArray, mounting: KnownMounting, gravity: Gravity | None
+    positions: FloatArray, mounting: KnownMounting, gravity: Gravity | None
 ) -> tuple[FloatArray, float, str]:
     if mounting.tilt is not None:
         up = np.array([0.0, -np.cos(mounting.tilt), -np.sin(mounting.tilt)])
         return up, 0.0, KNOWN_MOUNTING
     if gravity is not None:
         return gravity.up, gravity.stddev, gravity.source
-    if len(directions) < MIN_UPRIGHT_FRAMES:
+    balanced = _up_by_balance(positions)
+    if balanced is None:
         return np.array([0.0, -1.0, 0.0]), float(LEVEL_STDDEV), LEVEL_SENSOR
-    up = np.median(directions, axis=0)
-    return up / np.linalg.norm(up), float(BODY_STDDEV), UPRIGHT_BODY
+    return balanced, float(BODY_STDDEV), UPRIGHT_BODY
 
 
-def _upright_directions(positions: FloatArray) -> FloatArray:
-    """Long axes of the body in upright frames, unit vectors, shape (n, 3)."""
+def _up_by_balance(positions: FloatArray) -> FloatArray | None:
+    """The vertical by which a person on the feet is in balance, (3,); None if there is none."""
     at = {name: positions[:, index] for name, index in JOINT_INDEX.items()}
-    hips = 0.5 * (at["left_hip"] + at["right_hip"])
-    feet = 0.5 * (at["left_foot"] + at["right_foot"])
-    trunk, legs = at["neck"] - hips, hips - feet
-    upright = _angle(trunk, legs) < UPRIGHT_TRUNK
+    on_feet = np.ones(len(positions), bool)
     for side in ("left", "right"):
         thigh = at[f"{side}_hip"] - at[f"{side}_knee"]
         shank = at[f"{side}_knee"] - at[f"{side}_foot"]
-        upright &= _angle(thigh, shank) < STRAIGHT_KNEE
-    axis = at["neck"] - feet
+        trunk = at["neck"] - at[f"{side}_hip"]
+        on_feet &= (_angle(thigh, shank) < BENT) & (_angle(trunk, thigh) < BENT)
+    shares = np.array([MASS_SHARES.get(name.split("_")[-1], 0.0) for name in JOINTS])
+    masses = np.where(are_known(positions), shares, 0.0)
+    on_feet &= masses.sum(axis=1) > MOST_MASS
+    masses, seen = masses[on_feet, :, None], np.nan_to_num(positions[on_feet])
+    centre = (masses * seen).sum(axis=1) / masses.sum(axis=1)
+    ankles = seen[:, JOINT_PAIRS["foot"]].mean(axis=1)
+    right_hip, left_hip = seen[:, JOINT_INDEX["right_hip"]], seen[:, JOINT_INDEX["left_hip"]]
+    axis, to_right = centre - ankles, right_hip - left_hip
     tilt = _angle(axis, np.array([0.0, -1.0, 0.0]))
-    upside_down = upright & (tilt > np.pi - MAX_TILT)
-    upright &= tilt < MAX_TILT
-    axis = axis[upside_down if upside_down.sum() > upright.sum() else upright]
-    return unit_vectors(axis)
+    upright, upside_down = tilt < MAX_TILT, tilt > np.pi - MAX_TILT
+    counted = upside_down if upside_down.sum() > upright.sum() else upright
+    if counted.sum() < MIN_UPRIGHT_FRAMES:
+        return None
+    axis, to_right = axis[counted], to_right[counted]
+    up = np.median(unit_vectors(axis), axis=0)
+    for _ in range(BALANCE_ITERATIONS):
+        forward = unit_vectors(np.cross(up, to_right))
+        directions = unit_vectors(axis - AHEAD_OF_ANKLES_M * forward)
+        up = np.median(directions[_angle(directions, up) < MAX_SWAY], axis=0)
+    return unit_vectors(up)
 
 
 def _angle(a: FloatArray, b: FloatArray) -> FloatArray:
