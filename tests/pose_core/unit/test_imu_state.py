@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_core.body.model import load_body_model
-from pose_core.filter.imu_state import has_turned
+from pose_core.filter.imu_state import has_turned, knows_north
 from pose_core.filter.layout import make_layout, rotation_column
 from pose_core.filter.state import start_state
 from pose_core.filter.tuning import FilterTuning
@@ -36,3 +36,20 @@ def test_a_turn_that_the_link_may_have_made_is_none_of_the_imu(degrees, stddev_d
 def test_a_turn_by_far_more_than_the_link_may_have_made_is_the_imus():
     measured = Rotation.from_euler("x", 90, degrees=True).as_matrix()
     assert has_turned(THIGH, measured, state_with(np.radians(5.0)))
+
+
+@pytest.mark.parametrize(
+    ("headings", "expected"),
+    [((0.1, 0.2, -0.1, 0.0), True), ((0.1, 2.2, -1.9, 3.0), False), ((0.1, 2.2, -1.9), True)],
+    ids=["agree", "differ", "too few to tell"],
+)
+def test_imus_whose_headings_differ_do_not_know_north_whatever_they_say(headings, expected):
+    state, imus = state_with(0.1), WornImus(MODEL, {})
+    names = ("left_thigh", "right_thigh", "left_shank", "right_shank")
+    for (_, worn), heading in zip(imus.with_link(names[: len(headings)]), headings, strict=True):
+        worn.use.is_aligned, worn.says_north = True, True
+        state.imus.heading[worn.link] = heading
+        last = worn
+    assert knows_north(last, imus, state) is expected
+    last.says_north = False
+    assert not knows_north(last, imus, state)

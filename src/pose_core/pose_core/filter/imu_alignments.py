@@ -128,7 +128,7 @@ class ImuAlignments:
             worn.use.frames_used += worn.use.is_aligned
             if not worn.use.has_moved:
                 worn.note_orientation(imus.R_world_sensor[row])
-            worn.knows_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
+            worn.says_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
             worn.last_ns = stamp_ns
             if worn.use.is_aligned and worn.use.segment in imus.heading_walks:
@@ -136,7 +136,7 @@ class ImuAlignments:
                 heading = state.imus.column[worn.link] + 3
                 walks.append((int(heading), walk**2 * max(gap_ns, 0) / NS_PER_S))
                 state.P[heading, heading] += walks[-1][1]
-            if must_be_realigned(worn, gap_ns, imus.R_world_sensor[row], state):
+            if must_be_realigned(worn, gap_ns, imus.R_world_sensor[row], self._imus, state):
                 if worn.use.is_aligned:
                     worn.former_alignment = after_gap(self._alignment_of(worn, state), gap_ns)
                     worn.may_be_restrapped = gap_ns > RESTRAPPED_NS

@@ -1,6 +1,6 @@
 """What a filter state says of one IMU: its alignment, north, whether cameras contradict it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,7 @@ MAX_STRAP_WALK = np.radians(12.0)  # [rad]
 RESTARTED_TURN = np.radians(60.0)  # [rad] of a link by its IMU against the filter after a gap
 TURN_DEVIATIONS = 3.0  # [-] of the link's own rotation that such a turn exceeds
 MIN_OTHERS = 2  # [-] aligned IMUs required to agree on north
+MIN_AGREEING = 4  # [-] aligned IMUs required to contradict each other about north
 MAX_MEDIAN_DEVIATION = 0.6  # [rad] median deviation of their headings from the mean
 
 
@@ -44,7 +45,11 @@ def after_gap(alignment: SensorToSegment, gap_ns: int) -> SensorToSegment:
 
 
 def must_be_realigned(
-    worn: WornImu, gap_ns: int, R_world_sensor: FloatArray, state: FilterState
+    worn: WornImu,
+    gap_ns: int,
+    R_world_sensor: FloatArray,
+    imus: Iterable[WornImu],
+    state: FilterState,
 ) -> bool:
     """Whether an IMU has to be realigned after a gap: its world or its place may have changed.
 
@@ -52,11 +57,12 @@ def must_be_realigned(
         worn: The IMU.
         gap_ns: Time since its last sample [ns].
         R_world_sensor: Its orientation after the gap, (3, 3).
+        imus: All IMUs.
         state: State of the filter, predicted over the gap.
     """
     return (
         gap_ns > RESTRAPPED_NS
-        or (gap_ns > RESTARTED_NS and not worn.knows_north)
+        or (gap_ns > RESTARTED_NS and not knows_north(worn, imus, state))
         or (gap_ns > UNCHECKED_NS and has_turned(worn, R_world_sensor, state))
     )
 
@@ -82,16 +88,33 @@ def has_turned(worn: WornImu, R_world_sensor: FloatArray, state: FilterState) ->
     return bool(turned > max(RESTARTED_TURN, TURN_DEVIATIONS * np.sqrt(variance)))
 
 
+def knows_north(worn: WornImu, imus: Iterable[WornImu], state: FilterState) -> bool:
+    """Whether an IMU says that it knows north, and the aligned ones that do are not at odds."""
+    headings = _headings_by_north(imus, state)
+    is_shared = len(headings) < MIN_AGREEING or _mean_heading(headings) is not None
+    return worn.says_north and is_shared
+
+
+def _headings_by_north(imus: Iterable[WornImu], state: FilterState) -> list[float]:
+    """Headings [rad] of the aligned IMUs that say that they know north."""
+    return [
+        state.imus.heading[each.link] for each in imus if each.use.is_aligned and each.says_north
+    ]
+
+
+def _mean_heading(headings: Sequence[float]) -> float | None:
+    """Mean of headings [rad]; None if most differ from it."""
+    mean = np.angle(np.exp(1j * np.array(headings)).sum())
+    apart = np.abs(np.angle(np.exp(1j * (np.array(headings) - mean))))
+    return float(mean) if np.median(apart) < MAX_MEDIAN_DEVIATION else None
+
+
 def north_of(worn: WornImu, imus: Iterable[WornImu], state: FilterState) -> float | None:
     """Heading [rad] of the world common to an IMU and the aligned ones; None if unknown."""
-    others = [
-        state.imus.heading[each.link] for each in imus if each.use.is_aligned and each.knows_north
-    ]
-    if not worn.knows_north or len(others) < MIN_OTHERS:
+    others = _headings_by_north(imus, state)
+    if not worn.says_north or len(others) < MIN_OTHERS:
         return None
-    mean = np.angle(np.exp(1j * np.array(others)).sum())
-    apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
-    return float(mean) if np.median(apart) < MAX_MEDIAN_DEVIATION else None
+    return _mean_heading(others)
 
 
 def is_contradicted(

@@ -24,7 +24,7 @@ class WornImu:
     link: int
     use: ImuUse
     alignment: SegmentAlignment
-    knows_north: bool = False
+    says_north: bool = False  # by its covariance
     last_ns: int | None = None
     slips: int = 0  # number of slips handled so far
     former_alignment: SensorToSegment | None = None  # alignment before a restart

@@ -16,7 +16,7 @@ from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
 
 MAX_NAMED = 3  # silences of one IMU
-SILENCE_NS = NS_PER_S  # [ns] a shorter gap between two samples is not named
+SILENCE_NS = 3 * NS_PER_S // 10  # [ns] a shorter gap between two samples is not named
 
 
 class ImuSet:
@@ -102,7 +102,7 @@ class ImuSet:
         return rejected
 
     def silence(self, segment: str, begin_ns: int, end_ns: int) -> str:
-        """When an IMU had no usable samples for more than a second; empty if it always had.
+        """When an IMU had no usable samples for more than 0.3 s; empty if it always had.
 
         Args:
             segment: The IMU's segment.
