@@ -215,3 +215,15 @@ def test_a_known_tilt_leaves_the_height_to_the_feet():
 def test_a_reference_that_looks_straight_down_is_refused():
     with pytest.raises(CalibrationError, match="looks straight down"):
         estimate_floor(np.full((1, 15, 3), np.nan), KnownMounting(tilt=np.pi / 2))
+
+
+def test_a_seated_person_whose_tracker_errs_is_not_in_balance():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0)
+    positions = view(T, walks=False, noise=0.0)
+    for side in ("left", "right"):
+        hip = positions[:, JOINT_INDEX[f"{side}_hip"]]
+        knee = hip + [0.0, 0.12, -0.4]  # towards the sensor
+        positions[:, JOINT_INDEX[f"{side}_knee"]] = knee
+        positions[:, JOINT_INDEX[f"{side}_foot"]] = knee + [0.0, 0.42, -0.03]
+    positions += np.random.default_rng(2).normal(0.0, 0.1, positions.shape)
+    assert LEVEL_SENSOR in estimate_floor(positions).source

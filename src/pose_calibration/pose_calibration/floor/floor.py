@@ -52,6 +52,7 @@ MOST_MASS = 0.9  # [-] share that must be seen
 LEVEL_STDDEV = np.radians(10.0)  # [rad] of the viewing direction, without other information
 MAX_TILT = np.radians(60.0)  # [rad] of the sensor, to distinguish a lying person
 BENT = np.radians(75.0)  # [rad] of knees and hips, up to which a person is on the feet: a chair
+MIN_SHARE_ON_FEET = 0.2  # [-] of the frames in which the legs are seen
 MAX_SWAY = np.radians(25.0)  # [rad] from the median, of the directions that count
 FEET_COUNT_BELOW = 0.85  # [-] of the body's deviation, below which feet are named as a source
 MIN_UPRIGHT_FRAMES = 15  # [-]
@@ -139,21 +140,7 @@ def _first_guess(
 
 def _up_by_balance(positions: FloatArray) -> FloatArray | None:
     """The vertical by which a person on the feet is in balance, (3,); None if there is none."""
-    at = {name: positions[:, index] for name, index in JOINT_INDEX.items()}
-    on_feet = np.ones(len(positions), bool)
-    for side in ("left", "right"):
-        thigh = at[f"{side}_hip"] - at[f"{side}_knee"]
-        shank = at[f"{side}_knee"] - at[f"{side}_foot"]
-        trunk = at["neck"] - at[f"{side}_hip"]
-        on_feet &= (_angle(thigh, shank) < BENT) & (_angle(trunk, thigh) < BENT)
-    shares = np.array([MASS_SHARES.get(name.split("_")[-1], 0.0) for name in JOINTS])
-    masses = np.where(are_known(positions), shares, 0.0)
-    on_feet &= masses.sum(axis=1) > MOST_MASS
-    masses, seen = masses[on_feet, :, None], np.nan_to_num(positions[on_feet])
-    centre = (masses * seen).sum(axis=1) / masses.sum(axis=1)
-    ankles = seen[:, JOINT_PAIRS["foot"]].mean(axis=1)
-    right_hip, left_hip = seen[:, JOINT_INDEX["right_hip"]], seen[:, JOINT_INDEX["left_hip"]]
-    axis, to_right = centre - ankles, right_hip - left_hip
+    axis, to_right = _balance_axes(positions)
     tilt = _angle(axis, np.array([0.0, -1.0, 0.0]))
     upright, upside_down = tilt < MAX_TILT, tilt > np.pi - MAX_TILT
     counted = upside_down if upside_down.sum() > upright.sum() else upright
@@ -164,8 +151,37 @@ def _up_by_balance(positions: FloatArray) -> FloatArray | None:
     for _ in range(BALANCE_ITERATIONS):
         forward = unit_vectors(np.cross(up, to_right))
         directions = unit_vectors(axis - AHEAD_OF_ANKLES_M * forward)
-        up = np.median(directions[_angle(directions, up) < MAX_SWAY], axis=0)
+        is_near = _angle(directions, up) < MAX_SWAY
+        if not is_near.any():
+            return None
+        up = np.median(directions[is_near], axis=0)
     return unit_vectors(up)
+
+
+def _balance_axes(positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """From the ankles to the centre of mass, and from the left to the right hip, (n, 3) [m].
+
+    They are those of the n frames in which the person is on the feet, and seen almost whole; none
+    if these are so rare that somebody sits whose tracker errs.
+    """
+    at = {name: positions[:, index] for name, index in JOINT_INDEX.items()}
+    bends = []
+    for side in ("left", "right"):
+        thigh = at[f"{side}_hip"] - at[f"{side}_knee"]
+        shank = at[f"{side}_knee"] - at[f"{side}_foot"]
+        trunk = at["neck"] - at[f"{side}_hip"]
+        bends += [_angle(thigh, shank), _angle(trunk, thigh)]
+    bend = np.max(bends, axis=0)
+    on_feet = bend < BENT
+    on_feet &= on_feet.sum() > MIN_SHARE_ON_FEET * np.isfinite(bend).sum()
+    shares = np.array([MASS_SHARES.get(name.split("_")[-1], 0.0) for name in JOINTS])
+    masses = np.where(are_known(positions), shares, 0.0)
+    on_feet &= masses.sum(axis=1) > MOST_MASS
+    masses, seen = masses[on_feet, :, None], np.nan_to_num(positions[on_feet])
+    centre = (masses * seen).sum(axis=1) / masses.sum(axis=1)
+    ankles = seen[:, JOINT_PAIRS["foot"]].mean(axis=1)
+    to_right = seen[:, JOINT_INDEX["right_hip"]] - seen[:, JOINT_INDEX["left_hip"]]
+    return centre - ankles, to_right
 
 
 def _angle(a: FloatArray, b: FloatArray) -> FloatArray:
