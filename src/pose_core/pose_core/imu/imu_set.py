@@ -17,6 +17,7 @@ from pose_core.streams.samples import ImuBlock
 
 MAX_NAMED = 3  # silences of one IMU
 SILENCE_NS = 3 * NS_PER_S // 10  # [ns] a shorter gap between two samples is not named
+ABSENCE_NS = NS_PER_S  # [ns] the same before its first sample and after its last one
 
 
 class ImuSet:
@@ -102,7 +103,7 @@ class ImuSet:
         return rejected
 
     def silence(self, segment: str, begin_ns: int, end_ns: int) -> str:
-        """When an IMU had no usable samples for more than 0.3 s; empty if it always had.
+        """When an IMU had no usable samples for long; empty if it always had.
 
         Args:
             segment: The IMU's segment.
@@ -112,12 +113,15 @@ class ImuSet:
         if segment not in self._first_ns:
             return ""
         first_ns, last_ns = self._first_ns[segment], self.history.newest_ns(segment)
-        silences = [(begin_ns, first_ns), *self._silences.get(segment, ()), (last_ns, end_ns)]
+        silences = list(self._silences.get(segment, ()))
+        if first_ns - begin_ns > ABSENCE_NS:
+            silences.insert(0, (begin_ns, first_ns))
+        if end_ns - last_ns > ABSENCE_NS:
+            silences.append((last_ns, end_ns))
         texts = [
             f"from {(start_ns - begin_ns) / NS_PER_S:.1f} "
             + (f"to {(stop_ns - begin_ns) / NS_PER_S:.1f} s" if stop_ns < end_ns else "s on")
             for start_ns, stop_ns in silences
-            if stop_ns - start_ns > SILENCE_NS
         ]
         if len(texts) > MAX_NAMED:
             texts = [f"{len(texts)} times, the last {texts[-1]}"]
