@@ -56,8 +56,8 @@ class BagReader:
         self,
         path: Path,
         reader: AnyReader,
-        temporary: Path | None = None,
-        renamings: Sequence[Renaming] = (),
+        temporary: Path | None,
+        renamings: Sequence[Renaming],
     ) -> None:
         self.path = path
         self._reader = reader

@@ -25,28 +25,32 @@ def add_remap_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def _renaming(text: str) -> Renaming:
-    """The old and the new name of ``OLD:=NEW``, both absolute."""
-    old, _, new = (part.strip().lstrip("/") for part in text.partition(":="))
+    """The old and the new name of ``OLD:=NEW``, the new one absolute."""
+    old, _, new = (part.strip() for part in text.partition(":="))
     if not old or not new:
         raise argparse.ArgumentTypeError(f"'{text}': expected OLD:=NEW, two names of topics")
-    return f"/{old}", f"/{new}"
+    return old, f"/{new.lstrip('/')}"
 
 
 def checked_names(
     renamings: Iterable[Renaming], topics: Collection[str], source: Path
 ) -> Mapping[str, str]:
-    """New names of some of the topics of a bag.
+    """New names of some of the topics of a bag; an old one may lack the slash at its beginning.
 
     Raises:
         InputError: If a topic does not exist, or two would have the same name.
     """
-    names = dict(renamings)
-    for old, new in names.items():
-        if old not in topics:
+    names: dict[str, str] = {}
+    for old, new in renamings:
+        found = old if old in topics else f"/{old}"
+        if found not in topics:
             raise InputError(
                 f"--remap {old}:={new}: {source} has no topic {old}; it has "
                 f"{', '.join(sorted(topics))}"
             )
+        if found in names:
+            raise InputError(f"--remap: {found} is named twice, as {names[found]} and {new}")
+        names[found] = new
     name, count = Counter(names.get(topic, topic) for topic in topics).most_common(1)[0]
     if count > 1:
         raise InputError(f"--remap: {count} topics of {source} would be {name}: expected one")

@@ -9,6 +9,8 @@ from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 SEGMENTS = ("left_thigh", "left_shank", "right_thigh", "right_shank", "left_forearm")
+THIGHS = {"left_thigh": "right_thigh", "right_thigh": "left_thigh"}  # what is found
+THIGHS_EXCHANGED = ("right_thigh", "left_shank", "left_thigh", "right_shank", "left_forearm")
 SECONDS = 30.0
 
 
@@ -82,11 +84,9 @@ def test_exchanged_imus_are_named_with_each_other(i, j):
 
 
 def test_who_walks_straight_has_exchanged_legs_if_their_headings_disagree_with_the_others():
-    worn = ("right_thigh", "left_shank", "left_thigh", "right_shank", "left_forearm")
-    straight = {"left_thigh": "right_thigh", "right_thigh": "left_thigh"}
-    assert found(worn, is_planar=True) == straight
+    assert found(THIGHS_EXCHANGED, is_planar=True) == THIGHS
     assert found(SEGMENTS, is_planar=True) == {}
-    assert found(worn, is_planar=True, north=2.0) == {}  # nothing tells
+    assert found(THIGHS_EXCHANGED, is_planar=True, north=2.0) == {}  # nothing tells
 
 
 def test_headings_that_differ_although_each_is_said_to_be_north_accuse_nobody():
@@ -95,8 +95,10 @@ def test_headings_that_differ_although_each_is_said_to_be_north_accuse_nobody():
 
 @pytest.mark.parametrize("lost", [0.05, 0.3])
 def test_lost_samples_do_not_hide_an_exchange(lost):
-    worn = ("right_thigh", "left_shank", "left_thigh", "right_shank", "left_forearm")
-    assert found(worn, lost=lost) == {"left_thigh": "right_thigh", "right_thigh": "left_thigh"}
+    assert found(THIGHS_EXCHANGED, lost=lost) == {
+        "left_thigh": "right_thigh",
+        "right_thigh": "left_thigh",
+    }
     assert found(SEGMENTS, lost=lost) == {}
 
 

@@ -55,3 +55,16 @@ def test_half_a_renaming_is_an_error(text, capsys):
     with pytest.raises(SystemExit):
         options("--remap", text)
     assert "expected OLD:=NEW, two names of topics" in capsys.readouterr().err
+
+
+def test_a_topic_that_is_named_twice_is_an_error(path):
+    with pytest.raises(InputError, match="/one is named twice, as /two and /three"):
+        open_bag(path, options("--remap", "/one:=/two", "one:=three"))
+
+
+def test_a_bag_whose_topics_have_no_slash_at_the_beginning(tmp_path):
+    text = make_typestore().types["std_msgs/msg/String"]
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.write("one", text(data=""), 0)
+    with open_bag(tmp_path / "bag", options("--remap", "one:=/two")) as bag:
+        assert set(bag.topics) == {"/two"}

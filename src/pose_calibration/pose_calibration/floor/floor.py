@@ -51,7 +51,7 @@ mass are (Winter)."""
 MOST_MASS = 0.9  # [-] share that must be seen
 LEVEL_STDDEV = np.radians(10.0)  # [rad] of the viewing direction, without other information
 MAX_TILT = np.radians(60.0)  # [rad] of the sensor, to distinguish a lying person
-BENT = np.radians(75.0)  # [rad] of knees and hips, up to which a person is on the feet: a chair
+BENT = np.radians(75.0)  # [rad] of knees and hips, up to which a person stands; seated 90°
 MIN_SHARE_ON_FEET = 0.2  # [-] of the frames in which the legs are seen
 MAX_SWAY = np.radians(25.0)  # [rad] from the median, of the directions that count
 FEET_COUNT_BELOW = 0.85  # [-] of the body's deviation, below which feet are named as a source

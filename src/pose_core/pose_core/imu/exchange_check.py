@@ -148,6 +148,8 @@ class ExchangeCheck:
                   {\sum_\psi L_k(\psi)}, \quad
                   q = \frac{q_0 \bar p}{q_0 \bar p + 1 - q_0}
 
+        The prior is :math:`1 - q + q\,\sum n(\psi, \psi_0)\,p(\psi_0) / \sum p(\psi_0)`.
+
         Args:
             misfit: Of each sensor on its own segment, (headings, n).
 
@@ -159,7 +161,7 @@ class ExchangeCheck:
         votes[:, ~self._knows_north] = 0.0
         log_p = votes.sum(axis=1)[:, None, None] - votes[:, :, None] - votes[:, None]
         p = np.exp(log_p)
-        odds = SHARED / (1.0 - SHARED) * p.mean(axis=0)
-        near = np.tensordot(NEAR, p / p.sum(axis=0), axes=1)
-        prior = np.log((odds * near + 1.0) / (odds + 1.0))
+        evidence = SHARED * p.mean(axis=0)
+        q = evidence / (evidence + 1.0 - SHARED)
+        prior = np.log(1.0 - q + q * np.tensordot(NEAR, p / p.sum(axis=0), axes=1))
         return np.where(self._knows_north[:, None], prior, 0.0)

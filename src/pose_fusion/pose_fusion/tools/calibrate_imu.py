@@ -107,7 +107,10 @@ def _report(result: ImuCalibrationResult, keep_going: bool) -> None:
 
 def main(arguments: list[str]) -> None:
     """Run with the arguments that follow ``imu``."""
-    given = make_parser().parse_args(arguments)
+    parser = make_parser()
+    given = parser.parse_args(arguments)
+    if given.in_bag is None and given.remap:
+        parser.error("--remap is for a bag: of running sensors, remap the driver's topics")
     check_folder_of(given.output)
     parameters = from_arguments(ImuCalibrationParameters, given)
     extrinsics = None
