@@ -4,7 +4,7 @@ import argparse
 import os
 from pathlib import Path
 
-from pose_core.errors import InputError
+from pose_node.command_line import jobs
 
 
 def add_number(
@@ -41,15 +41,3 @@ def add_jobs_argument(parser: argparse.ArgumentParser, most: int | None = None) 
         metavar="N",
         help="processes at once (default: %(default)s)",
     )
-
-
-def jobs(text: str) -> int:
-    """The value of ``--jobs``.
-
-    Raises:
-        InputError: If it is not positive.
-    """
-    count = int(text)
-    if count < 1:
-        raise InputError(f"jobs = {count}: expected 1 or more")
-    return count

@@ -34,6 +34,18 @@ def number_within(low: float, high: float, unit: str) -> Callable[[str], float]:
     return number
 
 
+def jobs(text: str) -> int:
+    """The value of ``--jobs``.
+
+    Raises:
+        InputError: If it is not positive.
+    """
+    count = int(text)
+    if count < 1:
+        raise InputError(f"jobs = {count}: expected 1 or more")
+    return count
+
+
 def add_option(
     parser: argparse.ArgumentParser,
     name: str,

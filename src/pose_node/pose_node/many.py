@@ -22,6 +22,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from pose_core.errors import InputError, PoseError, one_line
+from pose_node.command_line import jobs
 from pose_node.plain_console import plain_console
 
 BAG_FILES = (".mcap", ".db3")
@@ -57,7 +58,7 @@ def add_many_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of a run over many recordings."""
     group = parser.add_argument_group("a folder of recordings")
     group.add_argument(
-        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="at once (all cores)"
+        "--jobs", type=jobs, default=os.cpu_count() or 1, metavar="N", help="at once (all cores)"
     )
     group.add_argument(
         "--dask", metavar="ADDRESS", help="of a Dask scheduler whose workers see the same files"

@@ -4,7 +4,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from pose_bench.faults.catalogue import FAULTS, chosen
+from pose_bench.faults.catalogue import chosen
 from pose_bench.faults.judging import FaultResult
 from pose_bench.faults.table import fault_table, row
 from pose_bench.tools.fault_sessions import run_faults
@@ -45,5 +45,5 @@ def run(options: argparse.Namespace) -> int:
     show([fault_table(results)])
     broken = [result.fault.name for result in results if result.broken]
     if broken:
-        print(f"{len(broken)} of {len(FAULTS)} faults break a bound: {', '.join(broken)}")
+        print(f"{len(broken)} of {len(faults)} faults break a bound: {', '.join(broken)}")
     return 1 if broken else 0
