@@ -106,6 +106,23 @@ def test_somebody_who_bends_forwards_in_balance_does_not_tilt_the_vertical():
     assert up_error_deg(estimate_floor(positions).T_map_reference, T) < 0.5
 
 
+def test_somebody_who_stands_on_one_leg_is_in_balance_above_that_foot():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0)
+    positions = view(T, walks=False, noise=0.0)
+    raised = Rotation.from_euler("x", -70.0, degrees=True)  # towards the sensor
+    shares = np.array([MASS_SHARES.get(name.split("_")[-1], 0.0) for name in JOINTS])
+    left_leg = [JOINT_INDEX["left_knee"], JOINT_INDEX["left_foot"]]
+    for body in positions:
+        hip = body[JOINT_INDEX["left_hip"]]
+        body[left_leg] = raised.apply(body[left_leg] - hip) + hip
+        ankle = body[JOINT_INDEX["right_foot"]]
+        up = ankle[1] - body[:, 1]
+        for axis, ahead in ((0, 0.0), (2, -AHEAD_OF_ANKLES_M)):
+            missing = ankle[axis] + ahead - shares @ body[:, axis]
+            body[:, axis] += missing * up / (shares @ up)
+    assert up_error_deg(estimate_floor(positions).T_map_reference, T) < 2.0
+
+
 def test_walking_feet_correct_a_person_who_stoops():
     T = sensor_pose(0.0, 0.0, 1.2, 0.0)
     positions = view(T)

@@ -4,9 +4,9 @@ r"""Estimation of the world frame ``map`` from standing and walking persons.
 viewing direction, and the origin lies on the floor below the reference sensor.
 
 The vertical follows from the person's balance: the centre of mass of somebody on the feet is on
-average above them. Then it is corrected by the heights of the standing feet, which lie on a plane.
-With :math:`h` the height of a foot at the horizontal position :math:`(x, y)`
-along the initial vertical:
+average above them, or above the lower one while the other is raised. Then it is corrected by the
+heights of the standing feet, which lie on a plane. With :math:`h` the height of a foot at the
+horizontal position :math:`(x, y)` along the initial vertical:
 
 .. math:: h = a x + b y + c
 
@@ -22,6 +22,7 @@ References:
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import CalibrationError
@@ -52,6 +53,7 @@ MOST_MASS = 0.9  # [-] share that must be seen
 LEVEL_STDDEV = np.radians(10.0)  # [rad] of the viewing direction, without other information
 MAX_TILT = np.radians(60.0)  # [rad] of the sensor, to distinguish a lying person
 BENT = np.radians(75.0)  # [rad] of knees and hips, up to which a person stands; seated 90°
+RAISED_M = 0.2  # [m] by which one ankle is above the other that carries more; twice, all
 MIN_SHARE_ON_FEET = 0.2  # [-] of the frames in which the legs are seen
 MAX_SWAY = np.radians(25.0)  # [rad] from the median, of the directions that count
 FEET_COUNT_BELOW = 0.85  # [-] of the body's deviation, below which feet are named as a source
@@ -62,7 +64,7 @@ HUBER_M = 0.04  # [m] larger deviations are feet in the air or wrong joints
 PLANE_SCATTER_M = 0.06  # [m] of standing feet about their plane; 0.01 to 0.04 on a floor
 MAX_DISTANCE = 6.0  # [-] squared, of the feet's slope from the body's, over its variance
 ITERATIONS = 20
-BALANCE_ITERATIONS = 3
+BALANCE_ITERATIONS = 5
 
 
 KNOWN_MOUNTING = "known mounting"
@@ -140,29 +142,51 @@ def _first_guess(
 
 def _up_by_balance(positions: FloatArray) -> FloatArray | None:
     """The vertical by which a person on the feet is in balance, (3,); None if there is none."""
-    axis, to_right = _balance_axes(positions)
-    tilt = _angle(axis, np.array([0.0, -1.0, 0.0]))
+    body = _balanced(positions)
+    tilt = _angle(body.trunk, np.array([0.0, -1.0, 0.0]))
     upright, upside_down = tilt < MAX_TILT, tilt > np.pi - MAX_TILT
     counted = upside_down if upside_down.sum() > upright.sum() else upright
     if counted.sum() < MIN_UPRIGHT_FRAMES:
         return None
-    axis, to_right = axis[counted], to_right[counted]
-    up = np.median(unit_vectors(axis), axis=0)
+    body = body.at(counted)
+    up = unit_vectors(np.median(unit_vectors(body.trunk), axis=0))
     for _ in range(BALANCE_ITERATIONS):
-        forward = unit_vectors(np.cross(up, to_right))
-        directions = unit_vectors(axis - AHEAD_OF_ANKLES_M * forward)
+        forward = unit_vectors(np.cross(up, body.to_right))
+        directions = unit_vectors(body.centre - body.support(up) - AHEAD_OF_ANKLES_M * forward)
         is_near = _angle(directions, up) < MAX_SWAY
         if not is_near.any():
             return None
-        up = np.median(directions[is_near], axis=0)
-    return unit_vectors(up)
+        up = unit_vectors(np.median(directions[is_near], axis=0))
+    return up
 
 
-def _balance_axes(positions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """From the ankles to the centre of mass, and from the left to the right hip, (n, 3) [m].
+@dataclass(frozen=True)
+class _Balanced:
+    """A person on the feet in n frames, seen almost whole [m]."""
 
-    They are those of the n frames in which the person is on the feet, and seen almost whole; none
-    if these are so rare that somebody sits whose tracker errs.
+    centre: FloatArray  # (n, 3) of mass
+    ankles: FloatArray  # (n, 2, 3)
+    to_right: FloatArray  # (n, 3) from the left to the right hip
+    trunk: FloatArray  # (n, 3) from the hips to the neck
+
+    def at(self, frames: NDArray[np.bool_]) -> "_Balanced":
+        """The same in some of the frames."""
+        return _Balanced(
+            self.centre[frames], self.ankles[frames], self.to_right[frames], self.trunk[frames]
+        )
+
+    def support(self, up: FloatArray) -> FloatArray:
+        """The point between the ankles that carries the person, (n, 3): one, if the other is up."""
+        left_is_up = np.diff(-(self.ankles @ up), axis=1)
+        share = np.clip((np.abs(left_is_up) - RAISED_M) / RAISED_M, 0.0, 1.0)
+        right = 0.5 + 0.5 * share * np.sign(left_is_up)
+        return np.asarray((1.0 - right) * self.ankles[:, 0] + right * self.ankles[:, 1])
+
+
+def _balanced(positions: FloatArray) -> _Balanced:
+    """The frames in which the person is on the feet, and seen almost whole.
+
+    There are none if these are so rare that somebody sits whose tracker errs.
     """
     at = {name: positions[:, index] for name, index in JOINT_INDEX.items()}
     bends = []
@@ -178,10 +202,13 @@ def _balance_axes(positions: FloatArray) -> tuple[FloatArray, FloatArray]:
     masses = np.where(are_known(positions), shares, 0.0)
     on_feet &= masses.sum(axis=1) > MOST_MASS
     masses, seen = masses[on_feet, :, None], np.nan_to_num(positions[on_feet])
-    centre = (masses * seen).sum(axis=1) / masses.sum(axis=1)
-    ankles = seen[:, JOINT_PAIRS["foot"]].mean(axis=1)
-    to_right = seen[:, JOINT_INDEX["right_hip"]] - seen[:, JOINT_INDEX["left_hip"]]
-    return centre - ankles, to_right
+    hips = seen[:, JOINT_PAIRS["hip"]]
+    return _Balanced(
+        centre=(masses * seen).sum(axis=1) / masses.sum(axis=1),
+        ankles=seen[:, JOINT_PAIRS["foot"]],
+        to_right=hips[:, 1] - hips[:, 0],
+        trunk=seen[:, JOINT_INDEX["neck"]] - hips.mean(axis=1),
+    )
 
 
 def _angle(a: FloatArray, b: FloatArray) -> FloatArray:
