@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Connection, Nodetype, Qos, QosDurability
+from rosbags.interfaces import Connection, Qos, QosDurability
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys.store import Typestore
 
@@ -21,7 +21,7 @@ from pose_core.errors import InputError, one_line
 from pose_io import mcap
 from pose_io.mcap import BagMessage as BagMessage
 from pose_io.renamed_topics import Renaming, checked_names
-from pose_io.typestore import make_typestore
+from pose_io.typestore import make_typestore, message_types
 
 BAG_SUFFIXES = (".mcap", ".db3")
 BATCH = 2000  # [messages] read at a time
@@ -168,7 +168,7 @@ class BagReader:
         for name in names:  # grows
             if name not in theirs or theirs[name][1] != ours[name][1]:
                 return False
-            names += [part for part in _parts(ours[name][1]) if part not in names]
+            names += [part for part in message_types(ours[name][1]) if part not in names]
         return True
 
     def in_our_bytes(self, message: BagMessage) -> bytes:
@@ -302,14 +302,3 @@ def _mcap_files(reader: AnyReader) -> list[McapReader]:
     storage = getattr(reader.readers[0], "storage", None)
     files = getattr(storage, "storages", [storage])
     return [each for each in files if isinstance(each, McapReader)]
-
-
-def _parts(fields: Any) -> set[str]:
-    """Names of the message types that a definition's fields contain."""
-    parts = set()
-    for _, (kind, detail) in fields:
-        while kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-            kind, detail = detail[0]
-        if kind == Nodetype.NAME:
-            parts.add(detail)
-    return parts

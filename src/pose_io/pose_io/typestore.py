@@ -45,12 +45,17 @@ def require_type(typestore: Typestore, msgtype: str) -> None:
             raise InputError(f"package '{package}' does not define the message type '{needed}'")
         new = {name: type_ for name, type_ in types.items() if name not in typestore.types}
         typestore.register(new)
-        open_types += [
-            name
-            for _, fields in new.values()
-            for _, field in fields
-            for name in _message_types(field)
-        ]
+        for _, fields in new.values():
+            open_types += message_types(fields)
+
+
+def message_types(fields: Any) -> Iterator[str]:
+    """The message types of a definition's fields, those of arrays included."""
+    for _, (kind, content) in fields:
+        while kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            kind, content = content[0]
+        if kind == Nodetype.NAME:
+            yield content
 
 
 def _message_folder(package: str) -> Path:
@@ -69,12 +74,3 @@ def _defined_by(folder: Path, package: str) -> dict[str, Any]:
     for path in sorted(folder.glob("*.msg")):
         types.update(get_types_from_msg(path.read_text(), f"{package}/msg/{path.stem}"))
     return types
-
-
-def _message_types(field: Any) -> Iterator[str]:
-    """The message types in a field's description, arrays of them included."""
-    kind, content = field
-    if kind == Nodetype.NAME:
-        yield content
-    elif kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        yield from _message_types(content[0])
