@@ -7,22 +7,9 @@ from pathlib import Path
 from pose_node.command_line import jobs
 
 
-def add_number(
-    parser: argparse.ArgumentParser, name: str, default: float, metavar: str, meaning: str
-) -> None:
-    """Declare an option that is a number of the default's type; its help shows the default."""
-    text = f"{meaning} ({default:.10g})"
-    parser.add_argument(name, type=type(default), default=default, metavar=metavar, help=text)
-
-
 def add_paths(parser: argparse.ArgumentParser, name: str, metavar: str, meaning: str) -> None:
     """Declare an option that is a path and may be given again; a list, empty by default."""
     parser.add_argument(name, type=Path, action="append", default=[], metavar=metavar, help=meaning)
-
-
-def add_flag(parser: argparse._ActionsContainer, name: str, meaning: str) -> None:
-    """Declare an option without a value."""
-    parser.add_argument(name, action="store_true", help=meaning)
 
 
 def add_motion_argument(parser: argparse.ArgumentParser) -> None:

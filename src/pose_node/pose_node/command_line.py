@@ -59,6 +59,16 @@ def add_option(
     parser.add_argument(name, type=type(default), default=default, metavar=metavar, help=text)
 
 
+def add_flag(parser: argparse._ActionsContainer, name: str, meaning: str) -> None:
+    """Declare an option without a value."""
+    parser.add_argument(name, action="store_true", help=meaning)
+
+
+def add_path(parser: argparse.ArgumentParser, name: str, metavar: str, meaning: str) -> None:
+    """Declare an option that is a path, None by default."""
+    parser.add_argument(name, type=Path, metavar=metavar, help=meaning)
+
+
 def check_folder_of(output: Path) -> None:
     """Raise an InputError if a file cannot be written because its folder does not exist."""
     if not output.parent.is_dir():

@@ -12,7 +12,7 @@ from kinect_bridge.sources.live import MAX_DISTANCE_M
 from pose_io.recordings.formats import AUTO, FORMATS, read_recording
 from pose_io.recordings.recording import Recording, SensorStream
 from pose_io.recordings.timeline import StreamTimeline, make_timeline, order_lines
-from pose_node.command_line import run_tool
+from pose_node.command_line import add_path, run_tool
 
 GAP_S = 0.5  # [s] shortest gap or absence that is listed
 
@@ -145,12 +145,8 @@ def _run() -> None:
     parser.add_argument("file", type=Path, help="the recording, plain or gzip; or a folder")
     parser.add_argument("--json", action="store_true", help="print JSON, without a picture")
     parser.add_argument("--print-only", action="store_true", help="draw nothing")
-    parser.add_argument(
-        "--figure",
-        type=Path,
-        metavar="PNG",
-        help="the picture of the first frame (default: <recording>.png in this folder)",
-    )
+    picture = "the picture of the first frame (default: <recording>.png in this folder)"
+    add_path(parser, "--figure", "PNG", picture)
     parser.add_argument(
         "--format", choices=(AUTO, *FORMATS), default=AUTO, help="how to read it (default: auto)"
     )

@@ -4,7 +4,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 from pose_bench import kinectmultitrack, uiprmd
@@ -15,6 +14,7 @@ from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_evaluation.table import Table
 from pose_evaluation.tables import csv_text
+from pose_node.command_line import add_path
 
 SUMMARY = "how accurate the estimators are on public recordings of real people"
 ESTIMATORS = ("joint_kf", "li2020", "default", "smoothed")
@@ -23,12 +23,8 @@ ESTIMATORS = ("joint_kf", "li2020", "default", "smoothed")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--uiprmd", type=Path, metavar="DIR", help="with Kinect/ and Vicon/: one Kinect and Vicon"
-    )
-    parser.add_argument(
-        "--kinectmultitrack", type=Path, metavar="DIR", help="with *.csv[.gz]: two Kinects"
-    )
+    add_path(parser, "--uiprmd", "DIR", "with Kinect/ and Vicon/: one Kinect and Vicon")
+    add_path(parser, "--kinectmultitrack", "DIR", "with *.csv[.gz]: two Kinects")
     parser.add_argument(
         "--methods",
         nargs="+",

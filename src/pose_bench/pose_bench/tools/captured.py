@@ -12,13 +12,14 @@ from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_sess
 from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
-from pose_bench.options import add_flag, add_jobs_argument, add_motion_argument, add_number
+from pose_bench.options import add_jobs_argument, add_motion_argument
 from pose_bench.pool import run_all
 from pose_bench.tools.showing import publish
 from pose_core.api import PipelineParameters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_core.parameters import specs as parameter_specs
+from pose_node.command_line import add_flag, add_option
 from pose_sim.captured.imus import ImuModel
 from pose_sim.captured.session import CapturedSpec
 
@@ -43,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sessions", type=int, metavar="N", help="N of the sessions, evenly spread (default: all)"
     )
     swing = "by which the IMUs' headings swing in uneven magnetic fields, standard deviation"
-    add_number(parser, "--disturbance", 0.0, "DEG", swing)
+    add_option(parser, "--disturbance", 0.0, swing, "DEG")
     parser.add_argument(
         "--imu-rates",
         type=float,
@@ -52,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="rate of the IMUs; several alternate from segment to segment (default: 100)",
     )
-    add_number(parser, "--seed", SEED, "N", "of everything random")
+    add_option(parser, "--seed", SEED, "of everything random", "N")
     add_jobs_argument(parser, MAX_JOBS)
 
 

@@ -4,8 +4,8 @@ import argparse
 
 from pose_bench.fuzz_targets import targets
 from pose_bench.fuzzing import MAX_GROWN_MB, TargetResult, fuzz
-from pose_bench.options import add_number
 from pose_core.errors import InputError
+from pose_node.command_line import add_option
 
 SUMMARY = "mutated files, messages and byte streams: nothing may crash, hang or eat memory"
 SHARES = {"bag": 0.02, "bag's condition": 0.2}  # of the cases, for targets that are slow
@@ -13,8 +13,8 @@ SHARES = {"bag": 0.02, "bag's condition": 0.2}  # of the cases, for targets that
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The command line's arguments."""
-    add_number(parser, "--cases", 1000, "N", "inputs of each target")
-    add_number(parser, "--seed", 0, "N", "another seed: other inputs")
+    add_option(parser, "--cases", 1000, "inputs of each target", "N")
+    add_option(parser, "--seed", 0, "another seed: other inputs", "N")
     parser.add_argument("--only", metavar="NAME", default="", help="targets whose name contains it")
 
 

@@ -12,7 +12,6 @@ from rich.console import Console
 
 from pose_bench import speed
 from pose_bench.live_run import LiveResult, run_live
-from pose_bench.options import add_number
 from pose_bench.processes import latency_probe
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.tools.offline import fuse_cost
@@ -23,6 +22,7 @@ from pose_core.stamps import NS_PER_S
 from pose_evaluation.table import Row, Table, number, text_row
 from pose_fusion.launched_graph import launch, up_command
 from pose_node.child_process import executable, run_to_end, stop
+from pose_node.command_line import add_option
 
 PROBE_S = 4.0  # [s] until the probe has started
 WATCHED_S = 12.0  # [s] duration of the graph's run
@@ -77,9 +77,9 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    add_number(parser, "--live-duration", LIVE_S, "S", "of the live session [s]")
+    add_option(parser, "--live-duration", LIVE_S, "of the live session [s]", "S")
     what = "of the bag that is fused: the live session's, repeated [s]"
-    add_number(parser, "--fuse-duration", FUSED_S, "S", what)
+    add_option(parser, "--fuse-duration", FUSED_S, what, "S")
 
 
 def run(arguments: argparse.Namespace) -> int:

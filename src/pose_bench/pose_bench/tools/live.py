@@ -8,17 +8,17 @@ import numpy as np
 from rich.console import Console
 
 from pose_bench.live_run import LiveResult, run_live
-from pose_bench.options import add_number
 from pose_bench.speed import machine
 from pose_bench.tools.showing import publish
 from pose_evaluation.table import Table, number, number_row, table_of, text_row
+from pose_node.command_line import add_option
 
 SUMMARY = "the whole graph in real processes: latency, load, memory, missing joint states"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    add_number(parser, "--duration", 60.0, "S", "of the session [s]")
+    add_option(parser, "--duration", 60.0, "of the session [s]", "S")
 
 
 def run(arguments: argparse.Namespace) -> int:

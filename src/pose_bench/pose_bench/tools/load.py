@@ -14,7 +14,6 @@ from rich.console import Console
 from pose_bench.faults.messages import Planned, planned
 from pose_bench.live_run import latencies
 from pose_bench.nodes.fault_player import FaultPlayer
-from pose_bench.options import add_number
 from pose_bench.processes import Usages, latency_probe, usages
 from pose_bench.repeated_messages import LOOP_NS, in_loop
 from pose_bench.speed import machine
@@ -27,6 +26,7 @@ from pose_core.stamps import NS_PER_S
 from pose_evaluation.table import Table, number, table_of
 from pose_fusion.own_domain import use_own_domain
 from pose_node.child_process import stop
+from pose_node.command_line import add_option
 
 SUMMARY = "the live graph with many sensors or people: latency, losses, memory over time"
 LEAD_NS = 4 * NS_PER_S  # [ns] until the first message
@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scene", nargs="+", choices=list(SCENES), default=list(SCENES), help="(all)"
     )
-    add_number(parser, "--loops", 1, "N", "of the 64 s of each scene")
+    add_option(parser, "--loops", 1, "of the 64 s of each scene", "N")
 
 
 def run(arguments: argparse.Namespace) -> int:

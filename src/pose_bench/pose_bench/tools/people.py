@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from pose_bench.options import add_motion_argument, add_number
+from pose_bench.options import add_motion_argument
 from pose_bench.tools.showing import publish
 from pose_core.api import PeopleTracker
 from pose_evaluation.identity import IdentityScore, score_identities
 from pose_evaluation.table import Table, number, text_row
+from pose_node.command_line import add_option
 from pose_sim.captured.clips import bundled_clips, clips_in
 from pose_sim.captured.crowd import Crowd, CrowdSpec, make_crowd
 
@@ -71,9 +72,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--people", type=int, nargs="+", default=[1, 2, 3, 4, 6], metavar="N", help="(1 2 3 4 6)"
     )
-    add_number(parser, "--scenes", 4, "N", "of each kind")
-    add_number(parser, "--duration", 60.0, "S", "of each scene [s]")
-    add_number(parser, "--seed", 0, "N", "of the first scene")
+    add_option(parser, "--scenes", 4, "of each kind", "N")
+    add_option(parser, "--duration", 60.0, "of each scene [s]", "S")
+    add_option(parser, "--seed", 0, "of the first scene", "N")
     add_motion_argument(parser)
 
 

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 import numpy as np
 from rich.console import Console
 
-from pose_bench.options import add_number
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tools.showing import publish
 from pose_core.api import (
@@ -24,6 +23,7 @@ from pose_core.api import (
 from pose_core.errors import InputError
 from pose_evaluation.offline import tracked_series
 from pose_evaluation.table import Table, number_row
+from pose_node.command_line import add_option
 
 SUMMARY = "the pose predicted to now against the last output, both against the truth of now"
 SEED = 101  # that no parameter was tuned on
@@ -85,7 +85,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="motions of the synthetic subject (default: leg_lift_march kicks dance)",
     )
-    add_number(parser, "--duration", 30.0, "S", "of each session [s]")
+    add_option(parser, "--duration", 30.0, "of each session [s]", "S")
 
 
 def run(arguments: argparse.Namespace) -> int:

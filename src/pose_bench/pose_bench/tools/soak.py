@@ -11,7 +11,6 @@ import psutil
 
 from pose_bench.captured import truth_of
 from pose_bench.faults.judging import rmse_deg
-from pose_bench.options import add_flag, add_number
 from pose_bench.repeated_messages import LOOP_NS, in_loop
 from pose_bench.replayed_person import captured_person
 from pose_bench.speed import machine
@@ -20,6 +19,7 @@ from pose_bench.tools.soak_recording import STEP_NS, steps_of
 from pose_bench.tools.soak_session import LiveSession
 from pose_core.api import extrinsics_from_map
 from pose_evaluation.table import Table, number, table_of
+from pose_node.command_line import add_flag, add_option
 from pose_sim.captured.session import START_NS
 
 SUMMARY = "a day of live operation in one process: growth of memory, open files, threads; accuracy"
@@ -55,7 +55,7 @@ COLUMNS: dict[str, Callable[[Measurement], str]] = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    add_number(parser, "--hours", 24.0, "H", "of the session")
+    add_option(parser, "--hours", 24.0, "of the session", "H")
     parser.add_argument(
         "--minutes", type=float, default=np.inf, metavar="M", help="end after M real minutes"
     )

@@ -2,8 +2,8 @@
 
 import argparse
 
-from pose_bench.options import add_number
 from pose_bench.random_steps import Checks, random_steps
+from pose_node.command_line import add_option
 
 MAX_ASYMMETRY = 1e-12  # [-] of the correlations
 SUMMARY = "random steps of the default filter: the covariance stays symmetric, positive definite"
@@ -11,8 +11,8 @@ SUMMARY = "random steps of the default filter: the covariance stays symmetric, p
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    add_number(parser, "--count", 1_000_000, "N", "of steps")
-    add_number(parser, "--seed", 0, "N", "another seed: other steps")
+    add_option(parser, "--count", 1_000_000, "of steps", "N")
+    add_option(parser, "--seed", 0, "another seed: other steps", "N")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ from rich.console import Console
 from pose_bench.captured import true_extrinsics
 from pose_bench.captured_suite import captured_specs
 from pose_bench.one_camera import CAMERA, LEVEL_MOUNTING, view_of_stream
-from pose_bench.options import add_motion_argument, add_number, add_paths
+from pose_bench.options import add_motion_argument, add_paths
 from pose_bench.tools.showing import publish
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
@@ -33,6 +33,7 @@ from pose_io.bags import BagReader, open_bag
 from pose_io.recordings.formats import read_recording
 from pose_io.robot_motion import read_joint_motion
 from pose_io.samples import read_samples
+from pose_node.command_line import add_option
 from pose_sim.captured.session import make_captured_session
 
 SUMMARY = "whether a robot could follow joint_states: limits, steps, rate, start"
@@ -104,9 +105,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_paths(parser, "--recording", "FILE", alone)
     live = "a bag that was recorded live; its joint_states are judged as they were heard"
     add_paths(parser, "--bag", "BAG", live)
-    add_number(parser, "--sessions", 4, "N", "captured ones of each folder")
-    add_number(parser, "--output-rate", 100.0, "HZ", "of the joint states")
-    add_number(parser, "--seed", SEED, "N", "of everything random")
+    add_option(parser, "--sessions", 4, "captured ones of each folder", "N")
+    add_option(parser, "--output-rate", 100.0, "of the joint states", "HZ")
+    add_option(parser, "--seed", SEED, "of everything random", "N")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from pose_bench.options import add_number
 from pose_bench.processes import generate_session, pids_of, sleep_until
 from pose_bench.speed import machine
 from pose_bench.tables import percent
@@ -23,6 +22,7 @@ from pose_evaluation.table import Table, number, text_row
 from pose_fusion.launched_graph import LaunchedGraph
 from pose_io.recordings.formats import plain_csv
 from pose_io.recordings.recording import make_recording, make_stream
+from pose_node.command_line import add_option
 from pose_sim.captured.clips import bundled_clips
 from pose_sim.captured.session import CapturedSpec, make_captured_session
 
@@ -54,7 +54,7 @@ ROWS: dict[str, Callable[[TeleopScores], str]] = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    add_number(parser, "--duration", 80.0, "S", "of each session [s]")
+    add_option(parser, "--duration", 80.0, "of each session [s]", "S")
     parser.add_argument(
         "--only", choices=("synthetic", "captured"), help="one kind of people instead of both"
     )

@@ -13,7 +13,7 @@ from rich.live import Live
 
 from pose_fusion.nodes.listener import GraphListener
 from pose_fusion.watching.terminal import page
-from pose_node.command_line import number_within
+from pose_node.command_line import add_flag, number_within
 from pose_node.nodes.running import run_node
 
 PERIOD_S = 0.5  # [s] between pages
@@ -65,11 +65,8 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
         description="Show the topics of the graph live: rates, latencies, tracking, warnings. "
         "Ctrl-C ends it.",
     )
-    parser.add_argument(
-        "--once",
-        action="store_true",
-        help="print one page and end, for scripts; so it does where there is no terminal",
-    )
+    page = "print one page and end, for scripts; so it does where there is no terminal"
+    add_flag(parser, "--once", page)
     parser.add_argument(
         "--listen",
         type=number_within(MIN_DURATION_S, MAX_DURATION_S, "s"),

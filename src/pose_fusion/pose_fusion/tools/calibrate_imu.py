@@ -22,7 +22,7 @@ from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import BagReader, open_bag
 from pose_io.renamed_topics import add_remap_argument
-from pose_node.command_line import add_option, check_folder_of
+from pose_node.command_line import add_flag, add_option, check_folder_of
 from pose_node.plain_console import progress_bar
 
 Show = Callable[[float, str], None]
@@ -42,11 +42,7 @@ def make_parser() -> argparse.ArgumentParser:
         "kept; else it is made",
     )
     add_option(parser, "--timeout", 180.0, "give up after so long [s]")
-    parser.add_argument(
-        "--keep-going",
-        action="store_true",
-        help="save the other sensors although some are at fault",
-    )
+    add_flag(parser, "--keep-going", "save the other sensors although some are at fault")
     add_remap_argument(parser)
     add_arguments(parser.add_argument_group("parameters"), ImuCalibrationParameters)
     return parser

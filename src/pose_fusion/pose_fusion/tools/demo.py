@@ -24,7 +24,7 @@ from pose_fusion.tools.demo_run import (
     watch,
 )
 from pose_node.child_process import executable, run_to_end
-from pose_node.command_line import add_option, run_tool
+from pose_node.command_line import add_flag, add_option, add_path, run_tool
 from pose_node.node_status import NodeStatus
 
 OUT = Path("out")  # under the current directory
@@ -224,12 +224,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     what = "what the synthetic subject does"
     add_option(parser, "--choreography", "leg_lift_march", what, "NAME")
-    parser.add_argument(
-        "--motion",
-        type=Path,
-        metavar="FILE",
-        help="captured motion (.bvh, .bvh.gz) for the virtual sensors instead",
-    )
+    captured = "captured motion (.bvh, .bvh.gz) for the virtual sensors instead"
+    add_path(parser, "--motion", "FILE", captured)
     parser.add_argument(
         "--duration",
         type=_positive,
@@ -238,16 +234,14 @@ def _parser() -> argparse.ArgumentParser:
         f"to replay (default: its first {RECORDING_S:g} s)",
     )
     add_option(parser, "--seed", 1, "of the synthetic subject")
-    parser.add_argument(
-        "--view", action="store_true", help="show it in the browser too, on http://127.0.0.1:8080"
-    )
+    add_flag(parser, "--view", "show it in the browser too, on http://127.0.0.1:8080")
     parser.add_argument(
         "--teleop",
         action="store_true",
         help="have a simulated robot's arm follow the subject's left arm, and show both in the "
         "browser; needs ./pose build --teleop once",
     )
-    parser.add_argument("--no-imu", action="store_true", help="leave the virtual IMUs out")
+    add_flag(parser, "--no-imu", "leave the virtual IMUs out")
     parser.add_argument(
         "--rate",
         type=_positive,

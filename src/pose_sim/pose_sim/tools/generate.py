@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from pose_core.errors import InputError
-from pose_node.command_line import add_option, run_tool
+from pose_node.command_line import add_option, add_path, run_tool
 from pose_sim.captured.clips import read_clip
 from pose_sim.captured.motion import motion_of
 from pose_sim.choreography import CHOREOGRAPHIES
@@ -26,23 +26,15 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder to make")
     names = ", ".join(CHOREOGRAPHIES)
     add_option(parser, "--choreography", "leg_lift_march", f"one of {names}")
-    parser.add_argument(
-        "--motion",
-        type=Path,
-        metavar="FILE",
-        help="perform the captured motion of a .bvh, .bvh.gz or .npz file instead",
-    )
+    captured = "perform the captured motion of a .bvh, .bvh.gz or .npz file instead"
+    add_path(parser, "--motion", "FILE", captured)
     add_option(parser, "--duration", 60.0, "[s]", "S")
     add_option(parser, "--seed", 1, "of all chance")
     zero = "stamp of the session's time zero in the truth, UNIX time [ns]"
     add_option(parser, "--start-at", 0, zero, "NS")
     add_option(parser, "--noise", "typical", f"one of {', '.join(NOISE_PRESETS)}")
-    parser.add_argument(
-        "--params",
-        type=Path,
-        metavar="FILE",
-        help="YAML: parameters of scene, variation, kinect, imu that differ from the preset",
-    )
+    different = "YAML: parameters of scene, variation, kinect, imu that differ from the preset"
+    add_path(parser, "--params", "FILE", different)
     return parser
 
 

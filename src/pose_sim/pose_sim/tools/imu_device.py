@@ -13,7 +13,7 @@ import numpy as np
 
 from pose_core.errors import InputError, writing
 from pose_core.plain_yaml import dump_yaml
-from pose_node.command_line import add_option, number_within, run_tool
+from pose_node.command_line import add_option, add_path, number_within, run_tool
 from pose_sim import imu_file
 from pose_sim.imu_devices import BAUDRATES, nodes_file, port_streams
 from pose_sim.serial_device import PseudoTerminal, over_the_air, transmit
@@ -42,9 +42,7 @@ def make_parser() -> argparse.ArgumentParser:
         default="star",
         help="kind of device: the star network's sink, or a sensor per port (default: %(default)s)",
     )
-    parser.add_argument(
-        "--nodes-file", type=Path, metavar="PATH", help="write a nodes file for imu_bridge here"
-    )
+    add_path(parser, "--nodes-file", "PATH", "write a nodes file for imu_bridge here")
     parser.add_argument(
         "--start-at",
         type=int,
