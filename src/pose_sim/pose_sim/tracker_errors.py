@@ -41,6 +41,19 @@ def attention(difficulty: FloatArray, p: KinectParameters) -> FloatArray:
     return gaussian_filter1d(difficulty, ATTENTION_TIME * p.frame_rate, axis=0, mode="nearest")
 
 
+def low_passed(values: FloatArray, time_s: float, rate: float) -> FloatArray:
+    """First-order low-pass filter over the first axis, settled at the first value.
+
+    Args:
+        values: Shape (n, …).
+        time_s: Time constant [s].
+        rate: Of the values [Hz].
+    """
+    keep = np.exp(-1.0 / (rate * time_s))
+    filtered, _ = lfilter([1.0 - keep], [1.0, -keep], values, axis=0, zi=keep * values[:1])
+    return np.asarray(filtered)
+
+
 def foreshortening(joints: FloatArray, camera: FloatArray) -> FloatArray:
     """Alignment of each limb with the line of sight, 0 to 1, at its distal joint, (n, 15)."""
     pointing = np.zeros(joints.shape[:2])
@@ -67,10 +80,8 @@ def tracked(
     lags = p.lag * (1.0 + p.own_lag * own + np.sqrt(1.0 - p.own_lag**2) * common_lags)
     late = truth - lags[:, None] * velocity
     root = mid_hip(late)[:, None]
-    keep = np.exp(-1.0 / (p.frame_rate * MEMORY_TIME))
     relative = late - root
-    start = keep * relative[:1]
-    remembered, _ = lfilter([1.0 - keep], [1.0, -keep], relative, axis=0, zi=start)
+    remembered = low_passed(relative, MEMORY_TIME, p.frame_rate)
     quick = (_pace(velocity, p) / TOO_FAST) ** 2
     pull = p.inertia * np.clip(blocked + pointing + quick, 0.0, 1.0)
     for upper, lower in ARMS:

@@ -46,9 +46,8 @@ def read_clip(path: Path) -> Clip:
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except (KeyError, ValueError, EOFError, BadZipFile) as error:
-        why = (
-            f" ({error})" if is_zipfile(path) else ""
-        )  # of other files numpy says misleading things
+        # Of other files, numpy says misleading things.
+        why = f" ({error})" if is_zipfile(path) else ""
         raise InputError(
             f"{path} is not a clip of captured motion{why}: expected a BVH file, or an .npz with "
             "joints, positions, segments and rotations"

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.signal import lfilter
 from scipy.special import ndtr
 
 from pose_core.api import SkeletonSample
@@ -21,7 +20,7 @@ from pose_sim.captured.clips import heading
 from pose_sim.captured.residuals import resampled_residuals
 from pose_sim.occlusion import hidden
 from pose_sim.rotations import about_z
-from pose_sim.tracker_errors import slow_process
+from pose_sim.tracker_errors import low_passed, slow_process
 
 HEIGHT = 1.7  # [m] height of the body model for occlusions
 DECISION_S = 0.5  # [s] for which a joint's tracking state is constant
@@ -110,7 +109,8 @@ def track(
     """
     times = np.arange(len(positions)) / RATE
     stamps = _stamps(times[-1], model, rng)
-    seen = at(stamps - model.delay, times, _smoothed(positions, model))
+    smooth = low_passed(positions, model.smoothing, RATE) if model.smoothing else positions
+    seen = at(stamps - model.delay, times, smooth)
     true = at(stamps - model.delay, times, positions)
     camera = T_map_camera[:3, 3]
     covered = hidden(true, camera, HEIGHT)
@@ -157,14 +157,6 @@ def _states(covered: FloatArray, model: TrackerModel, rng: np.random.Generator) 
         noticed = (covered > 0.5) & (opinion > model.hidden_called_tracked)
         state[noticed] = int(TrackingState.INFERRED)
     return state
-
-
-def _smoothed(positions: FloatArray, model: TrackerModel) -> FloatArray:
-    if model.smoothing == 0.0:
-        return positions
-    keep = np.exp(-1.0 / (RATE * model.smoothing))
-    filtered, _ = lfilter([1.0 - keep], [1.0, -keep], positions, axis=0, zi=keep * positions[:1])
-    return np.asarray(filtered)
 
 
 def _offsets(
