@@ -2,7 +2,8 @@
 
 It happens when the person turns away or stands sideways, for the whole body or for only the legs or
 arms, and the tracking states do not show it. Arms and legs are swapped back independently if this
-brings the observed joints clearly nearer to the predicted ones.
+brings the observed joints clearly nearer to the predicted ones; both, if this is so for one of
+them, and hips and shoulders alike have their left where the prediction has the right.
 """
 
 from typing import NamedTuple
@@ -57,19 +58,43 @@ def mean_distance(
 
 
 @compiled_in_place
+def are_opposed(observed: FloatArray, predicted: FloatArray, arrays: SwapArrays) -> bool:
+    """Whether hips and shoulders alike have their left on the predicted right; false for NaN."""
+    for group in range(len(arrays.groups)):
+        left, right = arrays.groups[group, 0]
+        cosine = 0.0
+        for axis in range(3):
+            cosine += (observed[left, axis] - observed[right, axis]) * (
+                predicted[left, axis] - predicted[right, axis]
+            )
+        if not cosine < 0.0:
+            return False
+    return True
+
+
+@compiled_in_place
+def is_swapped(observed: FloatArray, predicted: FloatArray, arrays: SwapArrays, group: int) -> bool:
+    """Whether a group is clearly nearer to the prediction when it is swapped; false for NaN."""
+    pairs = arrays.groups[group]
+    as_observed = mean_distance(observed, predicted, pairs, False)
+    if not as_observed > arrays.far:
+        return False
+    return mean_distance(observed, predicted, pairs, True) < arrays.clear * as_observed
+
+
+@compiled_in_place
 def undo_swaps(
     observed: FloatArray, predicted: FloatArray, arrays: SwapArrays, order: NDArray[np.int64]
 ) -> int:
     """Exchange the swapped groups in ``order``, (15,); return how many there are."""
-    count = 0
-    for group in range(len(arrays.groups)):
-        pairs = arrays.groups[group]
-        as_observed = mean_distance(observed, predicted, pairs, False)
-        if not as_observed > arrays.far:  # also true for NaN
-            continue
-        # false for NaN
-        if mean_distance(observed, predicted, pairs, True) < arrays.clear * as_observed:
-            for left, right in pairs:
+    groups, found = len(arrays.groups), 0
+    for group in range(groups):
+        found += is_swapped(observed, predicted, arrays, group)
+    if found == 0:
+        return 0
+    are_all = are_opposed(observed, predicted, arrays)
+    for group in range(groups):
+        if are_all or is_swapped(observed, predicted, arrays, group):
+            for left, right in arrays.groups[group]:
                 order[left], order[right] = order[right], order[left]
-            count += 1
-    return count
+    return groups if are_all else found
