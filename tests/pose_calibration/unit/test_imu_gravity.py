@@ -46,24 +46,34 @@ def off_by(angle):
 
 def test_the_vertical_is_found_whatever_the_mountings():
     track, verticals = swinging()
-    found = gravity_from_imus([View(track, off_by(SEEN_WRONG))], [np.eye(3)], verticals, 0.0, PRIOR)
+    view = View(track, off_by(SEEN_WRONG))
+    found = gravity_from_imus([view], [np.eye(3)], verticals, 0.0, PRIOR, "a guess")
     assert found is not None
-    assert found.source == BODY_IMUS
+    assert found.source == f"a guess, {BODY_IMUS}"
     error = float(np.arccos(found.up @ UP))
     assert error < np.radians(0.8)
     assert error < 3.0 * found.stddev
     assert found.stddev < 0.85 * PRIOR
 
 
+def test_a_prior_that_all_limbs_contradict_is_left_out():
+    track, verticals = swinging()
+    view = View(track, off_by(np.radians(20.0)))
+    found = gravity_from_imus([view], [np.eye(3)], verticals, 0.0, np.radians(2.0), "a guess")
+    assert found is not None
+    assert found.source == f"{BODY_IMUS}, not a guess"
+    assert float(np.arccos(found.up @ UP)) < np.radians(2.0)
+
+
 def test_limbs_at_rest_do_not_improve_the_vertical():
     track, verticals = swinging(moves=False)
     view = View(track, off_by(SEEN_WRONG))
-    assert gravity_from_imus([view], [np.eye(3)], verticals, 0.0, np.radians(1.0)) is None
+    assert gravity_from_imus([view], [np.eye(3)], verticals, 0.0, np.radians(1.0), "") is None
 
 
 def test_without_imus_there_is_no_estimate():
     track, _ = swinging()
-    assert gravity_from_imus([View(track, UP)], [np.eye(3)], {}, 0.0, PRIOR) is None
+    assert gravity_from_imus([View(track, UP)], [np.eye(3)], {}, 0.0, PRIOR, "") is None
 
 
 @pytest.mark.parametrize("delay_s", [-0.42, 0.013, 0.31])

@@ -82,5 +82,10 @@ def test_the_alignment_of_before_a_slip_holds_until_it(angle_deg, after, slip_s)
     assert begin_s < slip_s < end_s < begin_s + 16.0
 
 
-def test_an_imu_that_is_not_used_at_the_end_has_no_alignment():
-    assert found(lambda time: 10.0 if time < 40.0 else None) is None
+def test_an_imu_that_is_lost_has_the_alignment_of_ten_seconds_before():
+    alignment = found(lambda time: 10.0 if time < 34.0 else 16.0 if time < 40.0 else None)
+    assert degrees(alignment) == pytest.approx(10.0)
+
+
+def test_an_imu_that_is_soon_lost_has_no_alignment():
+    assert found(lambda time: 10.0 if time < 8.0 else None) is None

@@ -7,7 +7,7 @@ apart from most others has a clock of its own.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -118,10 +118,9 @@ def imu_findings(
     gravity, floor = None, extrinsics.floor
     if floor is not None and floor.up_stddev:
         turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
-        gravity = gravity_from_imus(searched, turns, verticals, delay.estimate_s, floor.up_stddev)
-        if gravity is not None:  # the estimate until now is its prior
-            source = f"{floor.source}, {gravity.source}"
-            gravity = replace(gravity, source=source)
+        gravity = gravity_from_imus(
+            searched, turns, verticals, delay.estimate_s, floor.up_stddev, floor.source
+        )
     return ImuFindings(
         offset_s=offset_s, offset_stddev_s=delay.stddev_s, clocks=clocks, gravity=gravity
     )

@@ -12,7 +12,8 @@ Gauss-Newton with Tukey's weights and priors on :math:`u`, from the person's upr
 :math:`c` and on :math:`e`. Headings and alignments of the IMUs are not needed, but several limbs
 must change their inclination. The estimates without one segment each tell how well the limbs agree
 (jackknife): where few limbs tell, or trackers err in the same way for long, that is the larger part
-of the uncertainty, and the result stays nearer to the prior.
+of the uncertainty, and the result stays nearer to the prior. A person may hold a posture out of
+balance for long: where all limbs together contradict the prior, it is left out.
 
 References:
     Efron, Stein (1981), Annals of Statistics 9(3): the jackknife's variance.
@@ -41,6 +42,8 @@ FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own inclination, a lower bo
 LIMB_STDDEV = 0.05  # [-] of a limb's constant bias: 1.5 cm of 30 cm
 LIMB_SLOPE_STDDEV = 0.08  # [-] of the part that changes with its direction: 1.7 cm at either end
 OPTIMISM = 2.0  # [-] true over formal errors: a limb's errors are correlated
+REJECTED_STDDEV = np.radians(15.0)  # [rad] of an estimate without IMUs, to see whether it holds
+REJECTED_FROM = 4.0  # [-] standard deviations, from which on it does not
 IMUS_COUNT_BELOW = 0.9  # [-] of the deviation without IMUs, below which they are used
 
 
@@ -79,6 +82,7 @@ def gravity_from_imus(
     verticals: Mapping[str, Track],
     delay_s: float,
     up_stddev: float,
+    source: str,
 ) -> Gravity | None:
     """Estimate the vertical in the reference's frame.
 
@@ -88,6 +92,7 @@ def gravity_from_imus(
         verticals: The vertical in each IMU, by segment.
         delay_s: Delay of the IMUs' stamps for the same pose [s].
         up_stddev: Standard deviation [rad] of the vertical estimated without the IMUs.
+        source: What that was estimated from.
 
     Returns:
         The vertical in the reference's frame; None if the limbs' motion does not improve it.
@@ -103,16 +108,29 @@ def gravity_from_imus(
         return None
     ups = [R @ view.up for view, R in zip(views, turns, strict=True)]
     known = _unit(np.array(ups, float).sum(axis=0))
-    prior = known, up_stddev
-    up, own_stddev = _solve(limbs, prior)
+    up, own_stddev, scatter = _with_scatter(limbs, (known, REJECTED_STDDEV))
+    own_stddev = float(np.hypot(own_stddev, scatter))
+    if np.linalg.norm(up - known) > REJECTED_FROM * np.hypot(own_stddev, up_stddev):
+        return Gravity(up=up, stddev=own_stddev, source=f"{BODY_IMUS}, not {source}")
+    up, own_stddev, scatter = _with_scatter(limbs, (known, up_stddev))
+    share = up_stddev**2 / (up_stddev**2 + scatter**2)
+    stddev = float(np.sqrt(own_stddev**2 + share * scatter**2))
+    if stddev > IMUS_COUNT_BELOW * up_stddev:
+        return None
+    up = _unit(known + share * (up - known))
+    return Gravity(up=up, stddev=stddev, source=f"{source}, {BODY_IMUS}")
+
+
+def _with_scatter(
+    limbs: Sequence[_LimbDirections], prior: tuple[FloatArray, float]
+) -> tuple[FloatArray, float, float]:
+    """The vertical, and its standard deviations [rad]: by the model, and by how the limbs agree."""
+    segments = sorted({limb.segment for limb in limbs})
+    up, stddev = _solve(limbs, prior)
     without = [[limb for limb in limbs if limb.segment != segment] for segment in segments]
     off = np.array([_solve(others, prior)[0] - up for others in without])
     scatter = (1.0 - 1.0 / len(segments)) * float(np.linalg.eigvalsh(off.T @ off)[-1])
-    share = up_stddev**2 / (up_stddev**2 + scatter)
-    stddev = float(np.sqrt(own_stddev**2 + share * scatter))
-    if stddev > IMUS_COUNT_BELOW * up_stddev:
-        return None
-    return Gravity(up=_unit(known + share * (up - known)), stddev=stddev, source=BODY_IMUS)
+    return up, stddev, float(np.sqrt(scatter))
 
 
 def _solve(

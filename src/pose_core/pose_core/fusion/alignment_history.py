@@ -82,10 +82,19 @@ class AlignmentHistory:
         return self._last_ns - newest_ns >= COMPLETE_NS
 
     def initial(self, pipeline: Pipeline) -> SensorsToSegments:
-        """The alignments at the beginning, of the IMUs that are aligned at the recording's end."""
+        """The alignments at the beginning: of the IMUs that are aligned at the recording's end.
+
+        And of those that are not, but had been aligned for ten seconds.
+        """
+        aligned = pipeline.sensor_to_segment
+        lost = {
+            segment: own.recent[0][1]
+            for segment, own in self._estimates.items()
+            if own.reference is not None and segment not in aligned
+        }
         return {
-            segment: self._initial(segment, final)
-            for segment, final in pipeline.sensor_to_segment.items()
+            **lost,
+            **{segment: self._initial(segment, final) for segment, final in aligned.items()},
         }
 
     def _initial(self, segment: str, final: SensorToSegment) -> SensorToSegment:
