@@ -1,6 +1,6 @@
 """Sensor-to-segment alignment of all IMUs of one body, with the state of each."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -74,10 +74,7 @@ class ImuAlignments:
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Use alignments of a calibration; headings are still estimated from motion."""
         self._sensor_to_segment = dict(alignments)
-        self.z_down = frozenset(name for name, each in alignments.items() if each.z_down)
-        for segment, alignment in alignments.items():
-            if alignment.exchanged_with:
-                self._imus.wear(segment, alignment.exchanged_with)
+        self._place_as_known(alignments)
 
     def sensor_to_segment(self, state: FilterState) -> dict[str, SensorToSegment]:
         """The filter's estimate of each aligned IMU's alignment, by segment."""
@@ -91,7 +88,8 @@ class ImuAlignments:
         """Reset the alignments for a new filter.
 
         Args:
-            discard: Whether to discard the measurements, which were of a wrong state.
+            discard: Whether to discard the measurements, which were of a wrong state, and what
+                they told.
         """
         self.changes += 1
         self._observed_ns = None
@@ -101,6 +99,17 @@ class ImuAlignments:
             if discard:
                 worn.alignment.clear()
                 worn.former_alignment = None
+        if discard:
+            self._places.restart_exchanges()
+            self._place_as_known([worn.use.segment for worn in self._imus])
+
+    def _place_as_known(self, segments: Iterable[str]) -> None:
+        """Take these IMUs to be where a calibration says, or on their own segments, z upwards."""
+        known = self._sensor_to_segment
+        self.z_down = frozenset(name for name, each in known.items() if each.z_down)
+        for segment in segments:
+            there = known[segment].exchanged_with if segment in known else ""
+            self._imus.wear(segment, there or segment)
 
     def register(
         self, stamp_ns: int, imus: ImuMeasurements, state: FilterState
