@@ -14,6 +14,7 @@ FAULTS = {
 }
 """Lines by the counter of a fault."""
 NOTABLE_SWAPS = 0.1  # [-] share of frames with exchanged sides from which on they are named
+USUAL_DELAY_S = 0.1  # [s] of trackers; if it seems longer, the IMUs' clock is as likely behind
 NOTABLE_S = 0.005  # [s] by which poses are earlier than the stamps, from which on it is said
 
 
@@ -115,6 +116,8 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
                 offset_s = pipeline.clocks[sensor].offset_ns / NS_PER_S
                 by_stamps = f"{round(1e3 * (delay_s + offset_s))} ms by its own stamps"
                 line += f" after the correction of its clock, {by_stamps}"
+            if delay_s - stddev_s > USUAL_DELAY_S:
+                line += ": longer than usual, or the IMUs' clock is behind, which looks alike"
             yield line
         else:
             why = "too little motion at the end, or the IMUs' clocks differ"

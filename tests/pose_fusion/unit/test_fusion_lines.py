@@ -1,6 +1,8 @@
 """What ``fuse`` says about what went wrong."""
 
-from pose_fusion.fusion_lines import fault_lines
+from types import SimpleNamespace
+
+from pose_fusion.fusion_lines import delay_lines, fault_lines
 
 
 def test_nothing_is_said_of_a_sound_recording():
@@ -15,3 +17,18 @@ def test_late_frames_are_counted():
 def test_a_tracker_that_often_exchanges_sides_is_named():
     (line,) = fault_lines({"frames": 1000, "sides_swapped": 400})
     assert "exchanged left and right of 400 pairs of limbs in 1000 frames" in line
+
+
+def test_a_delay_that_may_be_a_clock_s_offset_is_said_to_be_one_of_both():
+    delays_s = {"left": (0.168, 0.008), "right": (0.06, 0.008)}
+    pipeline = SimpleNamespace(
+        imu_samples=1000,
+        clocks={},
+        subject=SimpleNamespace(tracker_delays_s=delays_s, imus_late_s=0.0),
+    )
+    left, right = delay_lines(pipeline)
+    assert left == (
+        "tracker of left: delay 168 ± 8 ms: longer than usual, or the IMUs' clock is behind, "
+        "which looks alike"
+    )
+    assert right == "tracker of right: delay 60 ± 8 ms"
