@@ -120,6 +120,7 @@ from pose_core.streams.clock_steps import ClockSteps as ClockSteps
 from pose_core.streams.clocks import (
     IMUS as IMUS,
     ONE_IMU as ONE_IMU,
+    USUAL_DELAY_S as USUAL_DELAY_S,
     Clock as Clock,
     Clocks as Clocks,
     block_on_reference_clock as block_on_reference_clock,

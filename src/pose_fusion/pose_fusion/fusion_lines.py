@@ -2,7 +2,14 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from pose_core.api import UNKNOWN_DELAY_S, BodyShape, PeoplePipeline, Pipeline, reference_delay_s
+from pose_core.api import (
+    UNKNOWN_DELAY_S,
+    USUAL_DELAY_S,
+    BodyShape,
+    PeoplePipeline,
+    Pipeline,
+    reference_delay_s,
+)
 from pose_core.stamps import NS_PER_S
 
 FAULTS = {
@@ -14,7 +21,6 @@ FAULTS = {
 }
 """Lines by the counter of a fault."""
 NOTABLE_SWAPS = 0.1  # [-] share of frames with exchanged sides from which on they are named
-USUAL_DELAY_S = 0.1  # [s] of trackers; if it seems longer, the IMUs' clock is as likely behind
 NOTABLE_S = 0.005  # [s] by which poses are earlier than the stamps, from which on it is said
 
 

@@ -108,29 +108,42 @@ def gravity_from_imus(
         return None
     ups = [R @ view.up for view, R in zip(views, turns, strict=True)]
     known = _unit(np.array(ups, float).sum(axis=0))
-    up, own_stddev, scatter = _with_scatter(limbs, (known, REJECTED_STDDEV))
-    own_stddev = float(np.hypot(own_stddev, scatter))
-    if np.linalg.norm(up - known) > REJECTED_FROM * np.hypot(own_stddev, up_stddev):
-        return Gravity(up=up, stddev=own_stddev, source=f"{BODY_IMUS}, not {source}")
-    up, own_stddev, scatter = _with_scatter(limbs, (known, up_stddev))
-    share = up_stddev**2 / (up_stddev**2 + scatter**2)
-    stddev = float(np.sqrt(own_stddev**2 + share * scatter**2))
+    alone = _contradicting(limbs, known, up_stddev)
+    if alone is not None:
+        return Gravity(up=alone[0], stddev=alone[1], source=f"{BODY_IMUS}, not {source}")
+    prior = known, up_stddev
+    up, own_stddev = _solve(limbs, prior)
+    variance = _scatter(limbs, prior, up) ** 2
+    share = up_stddev**2 / (up_stddev**2 + variance)
+    stddev = float(np.sqrt(own_stddev**2 + share * variance))
     if stddev > IMUS_COUNT_BELOW * up_stddev:
         return None
     up = _unit(known + share * (up - known))
     return Gravity(up=up, stddev=stddev, source=f"{source}, {BODY_IMUS}")
 
 
-def _with_scatter(
-    limbs: Sequence[_LimbDirections], prior: tuple[FloatArray, float]
-) -> tuple[FloatArray, float, float]:
-    """The vertical, and its standard deviations [rad]: by the model, and by how the limbs agree."""
-    segments = sorted({limb.segment for limb in limbs})
+def _contradicting(
+    limbs: Sequence[_LimbDirections], known: FloatArray, up_stddev: float
+) -> tuple[FloatArray, float] | None:
+    """The vertical by the limbs alone, with its standard deviation; None if the known one holds."""
+    prior = known, REJECTED_STDDEV
     up, stddev = _solve(limbs, prior)
-    without = [[limb for limb in limbs if limb.segment != segment] for segment in segments]
+    off = np.linalg.norm(up - known)
+    if off <= REJECTED_FROM * np.hypot(stddev, up_stddev):
+        return None
+    stddev = float(np.hypot(stddev, _scatter(limbs, prior, up)))
+    return None if off <= REJECTED_FROM * np.hypot(stddev, up_stddev) else (up, stddev)
+
+
+def _scatter(
+    limbs: Sequence[_LimbDirections], prior: tuple[FloatArray, float], up: FloatArray
+) -> float:
+    """Standard deviation [rad] of the vertical ``up`` by how the limbs agree: the jackknife's."""
+    segments = {limb.segment for limb in limbs}
+    without = [[limb for limb in limbs if limb.segment != segment] for segment in sorted(segments)]
     off = np.array([_solve(others, prior)[0] - up for others in without])
-    scatter = (1.0 - 1.0 / len(segments)) * float(np.linalg.eigvalsh(off.T @ off)[-1])
-    return up, stddev, float(np.sqrt(scatter))
+    variance = (1.0 - 1.0 / len(segments)) * float(np.linalg.eigvalsh(off.T @ off)[-1])
+    return float(np.sqrt(variance))
 
 
 def _solve(

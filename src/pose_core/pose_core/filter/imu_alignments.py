@@ -97,14 +97,16 @@ class ImuAlignments:
         for worn in self._imus:
             worn.use.is_aligned = False
             if discard:
-                worn.alignment.clear()
                 worn.former_alignment = None
         if discard:
             self._places.restart_exchanges()
             self._place_as_known([worn.use.segment for worn in self._imus])
 
     def _place_as_known(self, segments: Iterable[str]) -> None:
-        """Take these IMUs to be where a calibration says, or on their own segments, z upwards."""
+        """Take these IMUs to be where a calibration says, or on their own segments, z upwards.
+
+        Their measurements so far are discarded.
+        """
         known = self._sensor_to_segment
         self.z_down = frozenset(name for name, each in known.items() if each.z_down)
         for segment in segments:

@@ -26,7 +26,7 @@ IMUS = "imus"
 ONE_IMU = f"{IMUS}/"
 """Begin of the name of a single IMU's clock, before its segment."""
 REACH_NS = 1800 * NS_PER_S  # [ns] from its measurement for which a drift is applied
-LATEST_S = 0.1  # [s] by which a tracker is late at most
+USUAL_DELAY_S = 0.1  # [s] of trackers, at most
 CLOCKS_APART_S = 0.3  # [s] by which clocks of two computers differ at most
 
 
@@ -64,12 +64,14 @@ def reference_delay_s(clocks: Clocks) -> float:
 
     An offset found from motion is the difference of the trackers' delays, or of the clocks, and a
     tracker is late, never early. So where a camera seems to be behind by little, the reference is
-    late. Prior: as often one clock, and delays evenly between 0 and :data:`LATEST_S`, as clocks
-    that differ evenly by up to :data:`CLOCKS_APART_S`. The result is the mean under it.
+    late. Prior: as often one clock, and delays evenly between 0 and :data:`USUAL_DELAY_S`, as
+    clocks that differ evenly by up to :data:`CLOCKS_APART_S`. The result is the mean under it.
     """
     offsets_ns = [clock.offset_ns for source, clock in clocks.items() if not is_imus(source)]
     behind_s = max(0.0, -min(offsets_ns, default=0) / NS_PER_S)
-    by_delays = max(0.0, 1.0 - behind_s / LATEST_S) / LATEST_S  # difference of two even delays
+    by_delays = (
+        max(0.0, 1.0 - behind_s / USUAL_DELAY_S) / USUAL_DELAY_S
+    )  # difference of two even delays
     by_clocks = 0.5 / CLOCKS_APART_S
     return behind_s * by_delays / (by_delays + by_clocks)
 
