@@ -18,7 +18,6 @@ from pose_calibration.floor.floor import (
     estimate_floor,
 )
 from pose_calibration.floor.gravity import Gravity
-from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 LEGS = ("hip", "knee", "foot")
@@ -30,6 +29,15 @@ def view(T, **options):
     options = {"noise": 0.01, **options}
     some = frames(poses={"only": T}, **options)
     return np.array([frame.samples["only"].positions for frame in some])
+
+
+def stepping(T):
+    """A view of somebody who walks and puts one foot in front of the other."""
+    positions = view(T)
+    size = 0.3 * np.sin(0.2 * np.arange(len(positions)))
+    for sign, index in zip((1.0, -1.0), FEET_JOINTS, strict=True):
+        positions[:, index] += sign * np.outer(size, T[0, :3])
+    return positions
 
 
 def up_error_deg(estimate, T):
@@ -229,9 +237,40 @@ def test_a_known_tilt_leaves_the_height_to_the_feet():
     assert floor.tilt == pytest.approx(np.radians(10.0), abs=1e-6)
 
 
-def test_a_reference_that_looks_straight_down_is_refused():
-    with pytest.raises(CalibrationError, match="looks straight down"):
-        estimate_floor(np.full((1, 15, 3), np.nan), KnownMounting(tilt=np.pi / 2))
+@pytest.mark.parametrize("roll", [-90.0, 65.0, 82.0, 100.0])
+def test_before_a_sensor_on_its_side_a_walking_person_gives_the_vertical(roll):
+    T = sensor_pose(0.0, 0.0, 1.4, 0.0, 12.0, roll)
+    floor = estimate_floor(stepping(T))
+    assert up_error_deg(floor.T_map_reference, T) < 0.5
+    assert floor.height == pytest.approx(1.4, abs=0.03)
+    assert floor.source == f"{UPRIGHT_BODY}, {FEET}"
+
+
+def test_somebody_who_lies_and_sometimes_walks_is_upright_when_they_walk():
+    T = sensor_pose(0.0, 0.0, 2.6, 0.0, 75.0)  # steeply from above
+    lying = np.repeat(view(T, walks=False), 4, axis=0)
+    hips = lying[:, [JOINT_INDEX["left_hip"]]]
+    tipped_over = Rotation.from_rotvec([np.pi / 2, 0.0, 0.0])
+    lying = (lying - hips) @ tipped_over.as_matrix().T + hips
+    both = np.concatenate([stepping(T), lying])
+    floor = estimate_floor(both)
+    assert up_error_deg(floor.T_map_reference, T) < 5.0
+
+
+def test_somebody_who_only_lies_says_nothing_about_the_vertical():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0)
+    positions = view(T, walks=False)
+    lying = positions @ Rotation.from_rotvec([0.0, 0.0, np.pi / 2]).as_matrix().T
+    assert estimate_floor(lying).source == LEVEL_SENSOR
+
+
+@pytest.mark.parametrize("tilt", [80.0, 90.0])
+def test_below_a_reference_that_looks_down_x_points_to_its_images_upper_edge(tilt):
+    known = KnownMounting(tilt=np.radians(tilt))
+    floor = estimate_floor(np.full((1, 15, 3), np.nan), known)
+    assert floor.T_map_reference[:3, :3] @ [0.0, -1.0, 0.0] == pytest.approx(
+        [np.sin(np.radians(tilt)), 0.0, np.cos(np.radians(tilt))], abs=1e-9
+    )
 
 
 def test_a_seated_person_whose_tracker_errs_is_not_in_balance():

@@ -5,8 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_calibration.clocks.motion_track import Track
-from pose_calibration.inertial.imu_gravity import BODY_IMUS, gravity_from_imus
+from pose_calibration.inertial.imu_gravity import BODY_IMUS, gravity_from_imus, searched_gravity
 from pose_calibration.inertial.imu_motion import View, measure_imu_delay
+from pose_calibration.inertial.vertical_search import search_vertical
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENT_ENDS
 
 UP = np.array([0.10, -0.98, -0.17]) / np.linalg.norm([0.10, -0.98, -0.17])
@@ -15,7 +16,7 @@ SEEN_WRONG = np.radians(3.0)
 PRIOR = np.radians(5.0)
 
 
-def swinging(delay_s=0.0, moves=True, noise=0.005):
+def swinging(delay_s=0.0, moves=True, noise=0.005, turning=0.0):
     """A camera's view of four swinging limbs, and what IMUs on them feel ``delay_s`` later."""
     rng = np.random.default_rng(4)
     camera, imu = np.arange(0.0, 30.0, 1 / 30), np.arange(-1.0, 31.0, 0.02)
@@ -28,7 +29,8 @@ def swinging(delay_s=0.0, moves=True, noise=0.005):
             size = 0.7 if moves else 0.0
             forwards = size * np.sin((1.5 + 0.3 * index) * times + index)
             sideways = size * np.sin((0.9 + 0.2 * index) * times)
-            return Rotation.from_rotvec(np.stack([forwards, 0.0 * times, sideways], axis=1))
+            swing = Rotation.from_rotvec(np.stack([forwards, 0.0 * times, sideways], axis=1))
+            return Rotation.from_rotvec(turning * np.outer(times, UP)) * swing
 
         hanging = np.array([0.0, 1.0, 0.0])
         start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
@@ -63,6 +65,30 @@ def test_a_prior_that_all_limbs_contradict_is_left_out():
     assert found is not None
     assert found.source == f"{BODY_IMUS}, not a guess"
     assert float(np.arccos(found.up @ UP)) < np.radians(2.0)
+
+
+@pytest.mark.parametrize("axis", [[1.0, 0.0, 0.0], [0.0, 0.1, 1.0], [0.0, 1.0, 0.0]])
+def test_a_vertical_in_any_other_direction_is_searched(axis):
+    track, verticals = swinging(turning=0.5)
+    trunk = [JOINT_INDEX[name] for name in SEGMENT_ENDS["torso"]]
+    track.values[:, trunk[1]] = 0.4 * UP
+    track.values[:, trunk[0]] = 0.0
+    views, turns = [View(track, np.array(axis))], [np.eye(3)]
+    up = search_vertical(views, turns, verticals, 0.5)
+    if abs(axis[1]) == 1.0:  # upside down: inclinations are opposite, and explained as well
+        assert up is None
+        return
+    assert up is not None
+    assert float(np.arccos(up @ UP)) < np.radians(30.0)
+    found = searched_gravity(views, turns, verticals, 0.0, up, "a guess")
+    assert found.source == f"{BODY_IMUS}, not a guess"
+    assert float(np.arccos(found.up @ UP)) < np.radians(2.0)
+
+
+def test_a_vertical_that_explains_the_limbs_is_not_searched_again():
+    track, verticals = swinging()
+    views = [View(track, off_by(np.radians(15.0)))]
+    assert search_vertical(views, [np.eye(3)], verticals, 0.5) is None
 
 
 def test_limbs_at_rest_do_not_improve_the_vertical():

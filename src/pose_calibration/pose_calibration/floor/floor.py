@@ -1,7 +1,8 @@
 r"""Estimation of the world frame ``map`` from standing and walking persons.
 
 ``map`` has z up and the floor at z = 0; x is the horizontal part of the reference sensor's
-viewing direction, and the origin lies on the floor below the reference sensor.
+viewing direction, and the origin lies on the floor below the reference sensor. If that sensor looks
+straight down, x is the horizontal direction of its image's upper edge; if up, of the lower one.
 
 The vertical follows from the person's balance: the centre of mass of somebody on the feet is on
 average above them, or above the lower one while the other is raised. Then it is corrected by the
@@ -25,7 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_calibration.floor.gravity import Gravity
-from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, FloorEstimate, rigid_transform
 from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known, robust_stddev
@@ -51,10 +51,18 @@ MASS_SHARES = {
 mass are (Winter)."""
 MOST_MASS = 0.9  # [-] share that must be seen
 LEVEL_STDDEV = np.radians(10.0)  # [rad] of the viewing direction, without other information
-MAX_TILT = np.radians(60.0)  # [rad] of the sensor, to distinguish a lying person
+MAX_TILT = np.radians(60.0)  # [rad] of the sensor, unless the person walks: otherwise one may lie
+MAX_LEAN = np.radians(60.0)  # [rad] of the trunk from its usual direction
+FIRST_UPS = np.array([*np.eye(3)[[1, 0, 2]], *-np.eye(3)[[1, 0, 2]]])
+WALKED_M = 0.7  # [m] along any axis of the sensor
+STEP_M = 0.35  # [m] between the ankles
+LOOKING_SIDEWAYS = 0.1  # [-] horizontal part of the viewing direction that gives x of map
+LEVEL_M = 0.15  # [m] within which the lower ankle is for half of the time
+MIN_SHARE_IN_STEP = 0.1  # [-] of the frames
 BENT = np.radians(75.0)  # [rad] of knees and hips, up to which a person stands; seated 90°
 RAISED_M = 0.2  # [m] from which on the lower ankle carries more; from twice that on, all
 MIN_SHARE_ON_FEET = 0.2  # [-] of the frames in which the legs are seen
+MIN_SHARE_STANDING = 0.3  # [-] of these frames, in balance; otherwise the person may lie
 MAX_SWAY = np.radians(25.0)  # [rad] from the median, of the directions that count
 FEET_COUNT_BELOW = 0.85  # [-] of the body's deviation, below which feet are named as a source
 MIN_UPRIGHT_FRAMES = 15  # [-]
@@ -91,12 +99,9 @@ def estimate_floor(
     Args:
         positions: Joints [m] in the reference sensor's optical frame, shape (..., 15, 3), NaN where
             unknown, in any order. The sensor is assumed to be upright or upside down (hung from the
-            ceiling; y up), tilted up to 60 degrees.
+            ceiling; y up), tilted up to 60 degrees, unless the person walks.
         mounting: Known values, which replace the estimates.
         gravity: The vertical from another source; it replaces the estimate from the body.
-
-    Raises:
-        CalibrationError: If the reference sensor looks straight down or up.
     """
     mounting = mounting or KnownMounting()
     positions = positions.reshape(-1, *positions.shape[-2:])
@@ -137,27 +142,52 @@ def _first_guess(
     balanced = _up_by_balance(positions)
     if balanced is None:
         return np.array([0.0, -1.0, 0.0]), float(LEVEL_STDDEV), LEVEL_SENSOR
-    return balanced, float(BODY_STDDEV), UPRIGHT_BODY
+    return *balanced, UPRIGHT_BODY
 
 
-def _up_by_balance(positions: FloatArray) -> FloatArray | None:
-    """The vertical by which a person on the feet is in balance, (3,); None if there is none."""
+def _up_by_balance(positions: FloatArray) -> tuple[FloatArray, float] | None:
+    """The vertical by which a person on the feet is in balance; None if there is none.
+
+    Returns:
+        The vertical, (3,), and its standard deviation [rad].
+    """
     body = _balanced(positions)
-    tilt = _angle(body.trunk, np.array([0.0, -1.0, 0.0]))
-    upright, upside_down = tilt < MAX_TILT, tilt > np.pi - MAX_TILT
-    counted = upside_down if upside_down.sum() > upright.sum() else upright
-    if counted.sum() < MIN_UPRIGHT_FRAMES:
+    best, best_rank = None, (False, False, 0)
+    for first in FIRST_UPS:
+        up, standing = _balancing(body, first)
+        has_walked, is_usual = standing.has_walked(up), bool(abs(up[1]) > np.cos(MAX_TILT))
+        rank = has_walked, is_usual, len(standing.trunk)
+        if rank[-1] >= MIN_UPRIGHT_FRAMES and (has_walked or is_usual) and rank > best_rank:
+            best, best_rank = up, rank
+    if best is None:
         return None
-    body = body.at(counted)
-    up = unit_vectors(np.median(unit_vectors(body.trunk), axis=0))
+    is_clear = best_rank[0] or best_rank[-1] > MIN_SHARE_STANDING * len(body.trunk)
+    return best, float(BODY_STDDEV if is_clear else LEVEL_STDDEV)
+
+
+def _balancing(body: "_Balanced", up: FloatArray) -> tuple[FloatArray, "_Balanced"]:
+    """The vertical by which a person is in balance, near a first guess.
+
+    Args:
+        body: The person in n frames.
+        up: The first guess, (3,).
+
+    Returns:
+        The vertical, (3,), and the frames that are in balance.
+    """
+    trunk = unit_vectors(body.trunk)
+    for _ in range(BALANCE_ITERATIONS):  # mean shift to the direction of most trunks
+        upright = _angle(trunk, up) < MAX_LEAN
+        if upright.any():
+            up = unit_vectors(np.median(trunk[upright], axis=0))
+    body = body.at(_angle(trunk, up) < MAX_LEAN)
     for _ in range(BALANCE_ITERATIONS):
         forward = unit_vectors(np.cross(up, body.to_right))
         directions = unit_vectors(body.centre - body.support(up) - AHEAD_OF_ANKLES_M * forward)
         is_near = _angle(directions, up) < MAX_SWAY
-        if not is_near.any():
-            return None
-        up = unit_vectors(np.median(directions[is_near], axis=0))
-    return up
+        if is_near.any():
+            up = unit_vectors(np.median(directions[is_near], axis=0))
+    return up, body.at(is_near)
 
 
 @dataclass(frozen=True)
@@ -181,6 +211,20 @@ class _Balanced:
         share = np.clip((np.abs(left_is_up) - RAISED_M) / RAISED_M, 0.0, 1.0)
         right = 0.5 + 0.5 * share * np.sign(left_is_up)
         return np.asarray((1.0 - right) * self.ankles[:, 0] + right * self.ankles[:, 1])
+
+    def has_walked(self, up: FloatArray) -> bool:
+        """Whether the person has gone some way, by steps on one level."""
+        if not len(self.ankles):
+            return False
+        level = np.eye(3) - np.outer(up, up)
+        steps = np.linalg.norm(np.diff(self.ankles, axis=1)[:, 0] @ level, axis=1)
+        way = np.ptp(np.percentile(self.ankles.mean(axis=1) @ level, (5, 95), axis=0), axis=0)
+        heights = np.percentile((self.ankles @ up).min(axis=1), (25, 75))
+        return bool(
+            way.max() > WALKED_M
+            and np.mean(steps > STEP_M) > MIN_SHARE_IN_STEP
+            and np.ptp(heights) < LEVEL_M
+        )
 
 
 def _balanced(positions: FloatArray) -> _Balanced:
@@ -295,12 +339,10 @@ def _robust_fit(design: FloatArray, h: FloatArray) -> tuple[FloatArray, FloatArr
 
 def _map_frame(up: FloatArray, height: float) -> FloatArray:
     """``T_map_reference`` from the vertical in the reference frame and the height [m]."""
-    forward = np.array([0.0, 0.0, 1.0])
+    forward, image_down = np.eye(3)[2], np.eye(3)[1]
     x = forward - (forward @ up) * up
-    if np.linalg.norm(x) < 0.1:
-        raise CalibrationError(
-            f"the reference sensor looks straight {'up' if forward @ up > 0.0 else 'down'} "
-            f"(vertical {np.round(up, 2).tolist()} in its frame): name another sensor first"
-        )
+    if np.linalg.norm(x) < LOOKING_SIDEWAYS:
+        x = np.sign(forward @ up) * image_down
+        x -= (x @ up) * up
     x /= np.linalg.norm(x)
     return rigid_transform([x, np.cross(up, x), up], [0.0, 0.0, height])

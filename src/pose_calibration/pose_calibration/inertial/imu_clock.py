@@ -16,7 +16,7 @@ from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from, meas
 from pose_calibration.clocks.joint_delays import Delay
 from pose_calibration.clocks.motion_track import SEARCHED_S, Track, track_of
 from pose_calibration.floor.gravity import Gravity
-from pose_calibration.inertial.imu_gravity import gravity_from_imus
+from pose_calibration.inertial.imu_gravity import gravity_from_imus, searched_gravity
 from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.inertial.imu_motion import (
     MIN_LIMBS,
@@ -25,7 +25,9 @@ from pose_calibration.inertial.imu_motion import (
     exchanged_sides,
     measure_each_delay,
     measure_imu_delay,
+    views_along,
 )
+from pose_calibration.inertial.vertical_search import search_vertical
 from pose_core.api import (
     IMUS,
     ONE_IMU,
@@ -91,6 +93,14 @@ def imu_findings(
     begin_ns = min(ones[0].stamp_ns for ones in skeletons.values() if ones)
     views = views_on_reference_clock(extrinsics, extrinsics.clocks, skeletons, begin_ns)
     verticals = memory.verticals(begin_ns)
+    turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
+    floor = extrinsics.floor
+    up = None
+    if floor is not None and floor.up_stddev:
+        searched = _cut(views, _middle(views), SEARCHED_S)
+        up = search_vertical(searched, turns, verticals, max_offset_s + TRACKER_DELAY_S)
+    if up is not None:
+        views = views_along(views, turns, up)
     searched = _cut(views, _middle(views), SEARCHED_S)
     exchanged = exchanged_sides(searched, verticals, max_offset_s + TRACKER_DELAY_S)
     verticals = as_worn(verticals, exchanged)
@@ -115,9 +125,10 @@ def imu_findings(
         measured = _over_time(views, verticals, delay.estimate_s)
         if measured:
             clocks[IMUS] = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S)
-    gravity, floor = None, extrinsics.floor
-    if floor is not None and floor.up_stddev:
-        turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
+    gravity = None
+    if floor is not None and up is not None:
+        gravity = searched_gravity(searched, turns, verticals, delay.estimate_s, up, floor.source)
+    elif floor is not None and floor.up_stddev:
         gravity = gravity_from_imus(
             searched, turns, verticals, delay.estimate_s, floor.up_stddev, floor.source
         )

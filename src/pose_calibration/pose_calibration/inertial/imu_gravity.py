@@ -20,7 +20,7 @@ References:
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from pose_calibration.clocks.joint_delays import CORRELATION_S
 from pose_calibration.clocks.motion_track import Track
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import TUKEY
-from pose_calibration.inertial.imu_motion import View
+from pose_calibration.inertial.imu_motion import View, views_along
 from pose_core.api import FloatArray
 from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known, robust_stddev
@@ -44,6 +44,8 @@ LIMB_SLOPE_STDDEV = 0.08  # [-] of the part that changes with its direction: 1.7
 OPTIMISM = 2.0  # [-] true over formal errors: a limb's errors are correlated
 REJECTED_STDDEV = np.radians(15.0)  # [rad] of an estimate without IMUs, to see whether it holds
 REJECTED_FROM = 4.0  # [-] standard deviations, from which on it does not
+SEARCHED_STDDEV = np.radians(20.0)  # [rad] of a vertical that a search has found
+SEARCH_ITERATIONS = 3
 IMUS_COUNT_BELOW = 0.9  # [-] of the deviation without IMUs, below which they are used
 
 
@@ -120,6 +122,32 @@ def gravity_from_imus(
         return None
     up = _unit(known + share * (up - known))
     return Gravity(up=up, stddev=stddev, source=f"{source}, {BODY_IMUS}")
+
+
+def searched_gravity(
+    views: Sequence[View],
+    turns: Sequence[FloatArray],
+    verticals: Mapping[str, Track],
+    delay_s: float,
+    up: FloatArray,
+    source: str,
+) -> Gravity:
+    """Estimate the vertical where the one without the IMUs is wrong.
+
+    Args:
+        views: Joints measured by each camera.
+        turns: ``R_reference_sensor`` of each, (3, 3).
+        verticals: The vertical in each IMU, by segment.
+        delay_s: Delay of the IMUs' stamps for the same pose [s].
+        up: The vertical as found by a search, (3,).
+        source: What the wrong one was estimated from.
+    """
+    found = Gravity(up=up, stddev=float(SEARCHED_STDDEV), source="")
+    for _ in range(SEARCH_ITERATIONS):
+        along = views_along(views, turns, found.up)
+        better = gravity_from_imus(along, turns, verticals, delay_s, float(SEARCHED_STDDEV), "")
+        found = better or found
+    return replace(found, source=f"{BODY_IMUS}, not {source}")
 
 
 def _contradicting(

@@ -55,6 +55,11 @@ class View:
         return start, end
 
 
+def views_along(views: Sequence[View], turns: Sequence[FloatArray], up: FloatArray) -> list[View]:
+    """The views with another vertical in the reference's frame, (3,)."""
+    return [View(view.track, R.T @ up) for view, R in zip(views, turns, strict=True)]
+
+
 @dataclass(frozen=True)
 class _LimbMisfit:
     """One limb in one view, and the IMU on it, on a grid."""
@@ -62,6 +67,7 @@ class _LimbMisfit:
     misfit: FloatArray  # (shifts,) mean squared residual of the best direction
     count: float  # [-] independent samples
     energy: float  # [1/s²] mean square rate of the explained inclination
+    variance: float  # [-] of the inclination
 
 
 def measure_imu_delay(
@@ -91,6 +97,27 @@ def measure_imu_delay(
     if len(found) < MIN_LIMBS and not few_suffice:
         return UNKNOWN_DELAY
     return _combined(np.array(found))
+
+
+def unexplained_share(
+    views: Sequence[View], verticals: Mapping[str, Track], reach_s: float
+) -> tuple[float, float]:
+    """The share of the limbs' motion along the vertical that the IMUs leave unexplained.
+
+    Args:
+        views: Joints measured by each camera.
+        verticals: The vertical in each IMU, by segment.
+        reach_s: Half width of the search for their delay [s].
+
+    Returns:
+        The geometric mean over the limbs, 1 without any, and how many independent samples tell it.
+    """
+    limbs, _ = _limbs(views, verticals, reach_s, 0.0)
+    count = sum(limb.count for limb in limbs)
+    if not limbs:
+        return 1.0, 0.0
+    total = _cost(limbs) - sum(limb.count * np.log(limb.variance) for limb in limbs)
+    return float(np.exp(total.min() / count)), count
 
 
 def exchanged_sides(
@@ -249,7 +276,8 @@ def _misfits(
             rate = np.gradient(fast_up[at] @ axis) * GRID_RATE
             energy = float(np.mean(rate[both] ** 2))
     independent = float(is_seen.sum()) / (CORRELATION_S * GRID_RATE)
-    return _LimbMisfit(misfit=misfit, count=independent, energy=energy)
+    variance = float(np.mean(inclination[is_seen] ** 2))
+    return _LimbMisfit(misfit=misfit, count=independent, energy=energy, variance=variance)
 
 
 def _without_slow(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:

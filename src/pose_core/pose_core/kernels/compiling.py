@@ -71,6 +71,9 @@ _OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     # Allow a b + c in one instruction, with one rounding.
     "fastmath": {"contract"},
+    # No kernel is passed as a function pointer; without these entry points, compilation takes a
+    # quarter less.
+    "no_cfunc_wrapper": True,
 }
 
 
