@@ -45,7 +45,7 @@ def warm_up(estimator: str, model: BodyModel) -> EstimateBlock:
 
 
 def run_once(
-    estimator: str, model: BodyModel, make: EstimatorMaker | None = None
+    estimator: str, model: BodyModel, make: EstimatorMaker | None = None, *, imus: bool = True
 ) -> EstimateBlock | None:
     """Run an estimator over a still body; return its last estimates, if any.
 
@@ -53,6 +53,7 @@ def run_once(
         estimator: Its name.
         model: The body model.
         make: Factory of the estimator; its class if None.
+        imus: Whether there are samples of an IMU.
     """
     # Estimators of a single sensor need its name among the sensors.
     parameters = PipelineParameters(estimator=estimator, sensors=tuple(PLACES), output_rate=0.0)
@@ -68,7 +69,7 @@ def run_once(
     example: EstimateBlock | None = None
     for frame in range(1, FRAMES + 1):
         stamp_ns = frame * PERIOD_NS
-        for sample in _samples(stamp_ns, segment):
+        for sample in _samples(stamp_ns, segment if imus else ""):
             for observation in preprocessor.add(sample):
                 runner.process(observation)
         for block in runner.take():
@@ -83,14 +84,15 @@ def run_once(
 
 
 def _samples(stamp_ns: int, segment: str) -> Iterator[ImuSample | SkeletonSample]:
-    """Samples of an IMU and of all cameras at one instant [ns]."""
-    yield ImuSample(
-        stamp_ns=stamp_ns,
-        segment=segment,
-        orientation=np.array([0.0, 0.0, 0.0, 1.0]),
-        orientation_stddev=np.full(3, 0.05),
-        angular_velocity=np.zeros(3),
-    )
+    """Samples of an IMU, if there is one, and of all cameras at one instant [ns]."""
+    if segment:
+        yield ImuSample(
+            stamp_ns=stamp_ns,
+            segment=segment,
+            orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+            orientation_stddev=np.full(3, 0.05),
+            angular_velocity=np.zeros(3),
+        )
     for sensor, place in PLACES.items():
         yield SkeletonSample(
             stamp_ns=stamp_ns,
