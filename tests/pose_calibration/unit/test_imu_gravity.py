@@ -73,7 +73,9 @@ def test_a_vertical_in_any_other_direction_is_searched(axis):
     trunk = [JOINT_INDEX[name] for name in SEGMENT_ENDS["torso"]]
     track.values[:, trunk[1]] = 0.4 * UP
     track.values[:, trunk[0]] = 0.0
-    views, turns = [View(track, np.array(axis))], [np.eye(3)]
+    nobody = Track(np.empty(0), np.empty((0, len(JOINTS), 3)))
+    views = [View(track, np.array(axis)), View(nobody, np.array(axis))]
+    turns = [np.eye(3), np.eye(3)]
     up = search_vertical(views, turns, verticals, 0.5)
     if abs(axis[1]) == 1.0:  # upside down: inclinations are opposite, and explained as well
         assert up is None

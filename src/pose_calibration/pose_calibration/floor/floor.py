@@ -73,6 +73,7 @@ PLANE_SCATTER_M = 0.06  # [m] of standing feet about their plane; 0.01 to 0.04 o
 MAX_DISTANCE = 6.0  # [-] squared, of the feet's slope from the body's, over its variance
 ITERATIONS = 20
 BALANCE_ITERATIONS = 5
+MOST_FRAMES = 20_000  # [-] in which the balance is looked at
 
 
 KNOWN_MOUNTING = "known mounting"
@@ -151,7 +152,7 @@ def _up_by_balance(positions: FloatArray) -> tuple[FloatArray, float] | None:
     Returns:
         The vertical, (3,), and its standard deviation [rad].
     """
-    body = _balanced(positions)
+    body = _balanced(positions[:: 1 + len(positions) // MOST_FRAMES])
     best, best_rank = None, (False, False, 0)
     for first in FIRST_UPS:
         up, standing = _balancing(body, first)

@@ -60,6 +60,8 @@ def _trunk(views: Sequence[View], turns: Sequence[FloatArray]) -> FloatArray:
     total = np.zeros(3)
     for view, R in zip(views, turns, strict=True):
         stamps = view.track.stamps
+        if len(stamps) < 2:
+            continue
         start, end = view.ends("torso", np.arange(stamps[0], stamps[-1], 1.0 / GRID_RATE))
         known = are_known(end - start)
         total += R @ unit_vectors((end - start)[known]).sum(axis=0)
