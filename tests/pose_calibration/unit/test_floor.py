@@ -246,12 +246,24 @@ def test_before_a_sensor_on_its_side_a_walking_person_gives_the_vertical(roll):
     assert floor.source == f"{UPRIGHT_BODY}, {FEET}"
 
 
+def lying_for_long(T):
+    positions = np.repeat(view(T, walks=False), 4, axis=0)
+    hips = positions[:, [JOINT_INDEX["left_hip"]]]
+    tipped_over = Rotation.from_rotvec([np.pi / 2, 0.0, 0.0])
+    return (positions - hips) @ tipped_over.as_matrix().T + hips
+
+
+def test_somebody_who_mostly_lies_and_never_walks_says_little_about_the_vertical():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0)
+    both = np.concatenate([view(T, walks=False), lying_for_long(T)])
+    floor = estimate_floor(both)
+    assert up_error_deg(floor.T_map_reference, T) < 2.0
+    assert floor.up_stddev > np.radians(8.0)
+
+
 def test_somebody_who_lies_and_sometimes_walks_is_upright_when_they_walk():
     T = sensor_pose(0.0, 0.0, 2.6, 0.0, 75.0)  # steeply from above
-    lying = np.repeat(view(T, walks=False), 4, axis=0)
-    hips = lying[:, [JOINT_INDEX["left_hip"]]]
-    tipped_over = Rotation.from_rotvec([np.pi / 2, 0.0, 0.0])
-    lying = (lying - hips) @ tipped_over.as_matrix().T + hips
+    lying = lying_for_long(T)
     both = np.concatenate([stepping(T), lying])
     floor = estimate_floor(both)
     assert up_error_deg(floor.T_map_reference, T) < 5.0

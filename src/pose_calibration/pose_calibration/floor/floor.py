@@ -114,7 +114,8 @@ def estimate_floor(
     standing = feet[np.arange(len(feet)), np.argmin(feet @ up, axis=1)]
     if len(standing) >= MIN_UPRIGHT_FRAMES:
         plane = _plane(standing, up, up_stddev)
-        if source == LEVEL_SENSOR and plane[2] >= FEET_COUNT_BELOW * up_stddev:
+        may_lie = gravity is None and source == UPRIGHT_BODY and up_stddev > BODY_STDDEV
+        if may_lie or (source == LEVEL_SENSOR and plane[2] >= FEET_COUNT_BELOW * up_stddev):
             plane = _plane(standing, up, up_stddev, have_walked=False)
         up, sole, slope_stddev, sole_stddev = plane
         height = ANKLE_HEIGHT_M - sole

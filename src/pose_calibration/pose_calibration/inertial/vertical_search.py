@@ -16,7 +16,9 @@ from pose_core.api import FloatArray
 from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known
 
-EXPLAINED = 0.6  # [-] share of the limbs' motion left unexplained, up to which a vertical holds
+MOST_UNEXPLAINED = (
+    0.6  # [-] share of the limbs' motion left unexplained, up to which a vertical holds
+)
 MUCH_LESS = 0.7  # [-] times as much must be left unexplained by another one
 MIN_COUNT = 100.0  # [-] independent samples of the limbs' inclinations
 DIRECTIONS = unit_vectors(
@@ -43,7 +45,7 @@ def search_vertical(
         Its direction to about 30 degrees in the reference's frame, (3,); None if the known holds.
     """
     known, _ = unexplained_share(views, verticals, reach_s)
-    if known <= EXPLAINED:
+    if known <= MOST_UNEXPLAINED:
         return None
     tried = [
         (*unexplained_share(views_along(views, turns, up), verticals, reach_s), up)
