@@ -67,7 +67,7 @@ def test_a_prior_that_all_limbs_contradict_is_left_out():
     assert float(np.arccos(found.up @ UP)) < np.radians(2.0)
 
 
-@pytest.mark.parametrize("axis", [[1.0, 0.0, 0.0], [0.0, 0.1, 1.0], [0.0, 1.0, 0.0]])
+@pytest.mark.parametrize("axis", [[1.0, 0.0, 0.0], [0.0, 0.1, 1.0]])
 def test_a_vertical_in_any_other_direction_is_searched(axis):
     track, verticals = swinging(turning=0.5)
     trunk = [JOINT_INDEX[name] for name in SEGMENT_ENDS["torso"]]
@@ -77,9 +77,6 @@ def test_a_vertical_in_any_other_direction_is_searched(axis):
     views = [View(track, np.array(axis)), View(nobody, np.array(axis))]
     turns = [np.eye(3), np.eye(3)]
     up = search_vertical(views, turns, verticals, 0.5)
-    if abs(axis[1]) == 1.0:  # upside down: inclinations are opposite, and explained as well
-        assert up is None
-        return
     assert up is not None
     assert float(np.arccos(up @ UP)) < np.radians(30.0)
     found = searched_gravity(views, turns, verticals, 0.0, up, "a guess")
@@ -88,9 +85,9 @@ def test_a_vertical_in_any_other_direction_is_searched(axis):
 
 
 def test_a_vertical_that_explains_the_limbs_is_not_searched_again():
-    track, verticals = swinging()
-    views = [View(track, off_by(np.radians(15.0)))]
-    assert search_vertical(views, [np.eye(3)], verticals, 0.5) is None
+    track, verticals = swinging(turning=0.5)
+    for up in (off_by(np.radians(15.0)), -UP):  # opposite inclinations are explained as well
+        assert search_vertical([View(track, up)], [np.eye(3)], verticals, 0.5) is None
 
 
 def test_limbs_at_rest_do_not_improve_the_vertical():

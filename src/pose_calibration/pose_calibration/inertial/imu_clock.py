@@ -94,17 +94,15 @@ def imu_findings(
     views = views_on_reference_clock(extrinsics, extrinsics.clocks, skeletons, begin_ns)
     verticals = memory.verticals(begin_ns)
     turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
-    floor = extrinsics.floor
-    up = None
+    floor, reach_s = extrinsics.floor, max_offset_s + TRACKER_DELAY_S
+    searched, up = _cut(views, _middle(views), SEARCHED_S), None
     if floor is not None and floor.up_stddev:
-        searched = _cut(views, _middle(views), SEARCHED_S)
-        up = search_vertical(searched, turns, verticals, max_offset_s + TRACKER_DELAY_S)
+        up = search_vertical(searched, turns, verticals, reach_s)
     if up is not None:
-        views = views_along(views, turns, up)
-    searched = _cut(views, _middle(views), SEARCHED_S)
-    exchanged = exchanged_sides(searched, verticals, max_offset_s + TRACKER_DELAY_S)
+        views, searched = views_along(views, turns, up), views_along(searched, turns, up)
+    exchanged = exchanged_sides(searched, verticals, reach_s)
     verticals = as_worn(verticals, exchanged)
-    delay = measure_imu_delay(searched, verticals, max_offset_s + TRACKER_DELAY_S)
+    delay = measure_imu_delay(searched, verticals, reach_s)
     offset_s = delay.estimate_s + TRACKER_DELAY_S
     if not np.isfinite(delay.stddev_s) or abs(offset_s) > max_offset_s:
         return ImuFindings(offset_s=0.0, offset_stddev_s=np.inf, clocks={}, gravity=None)
