@@ -269,11 +269,19 @@ def test_somebody_who_lies_and_sometimes_walks_is_upright_when_they_walk():
     assert up_error_deg(floor.T_map_reference, T) < 5.0
 
 
-def test_somebody_who_only_lies_says_nothing_about_the_vertical():
+@pytest.mark.parametrize(
+    ("rolls", "spreads_legs", "shifts"),
+    [(0.0, 0.0, 0.0), (0.8, 0.0, 0.0), (0.0, 0.3, 0.0), (0.8, 0.3, 0.6)],
+)
+def test_somebody_who_lies_and_moves_says_nothing_about_the_vertical(rolls, spreads_legs, shifts):
     T = sensor_pose(0.0, 0.0, 1.2, 0.0)
     positions = view(T, walks=False)
     lying = positions @ Rotation.from_rotvec([0.0, 0.0, np.pi / 2]).as_matrix().T
-    assert estimate_floor(lying).source == LEVEL_SENSOR
+    swing = np.sin(0.2 * np.arange(len(lying)))[:, None, None]
+    lying = lying + swing * [shifts, 0.0, rolls]  # along the body, and across it
+    for sign, index in zip((1.0, -1.0), FEET_JOINTS, strict=True):
+        lying[:, index] += sign * spreads_legs * swing[:, 0] * [0.0, 0.0, 1.0]
+    assert LEVEL_SENSOR in estimate_floor(lying).source
 
 
 @pytest.mark.parametrize("tilt", [80.0, 90.0])
