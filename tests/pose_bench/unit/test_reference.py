@@ -386,13 +386,16 @@ def test_the_covariance_stays_symmetric_and_positive_over_ten_thousand_steps():
     state, dof = random_state(rng, imus=WORN)
     information = np.zeros((LINKS, 3, 3))
     truths = [pose_of(dof + rng.normal(0.0, 0.2, MODEL.size)) for _ in range(20)]
+    instants = [
+        (random_frame(rng, truth.positions, k % 2), imus_of(rng, state, truth.rotations, WORN))
+        for truth in truths
+        for k in range(25)
+    ]
     for step in range(10_000):
-        truth = truths[step // 25 % 20]
+        frame, imus = instants[step % len(instants)]
         predict(CONSTANTS.motion, state, float(rng.choice([1e-4, 0.01, 0.03, 0.5])))
         if step % 3:
-            imus = imus_of(rng, state, truth.rotations, WORN)
             assert update_with_imus(CONSTANTS, state, imus, information)
-        frame = random_frame(rng, truth.positions, step % 2)
         assert StepResult(*update_with_frame(CONSTANTS, state, frame, information)).is_finite
         if step % 50 == 0:
             assert np.all(state.P == state.P.T)
