@@ -26,13 +26,9 @@ def _turned(degrees: float, axis: str) -> Callable[[Imu, Window], Packet]:
     return slip
 
 
-def _headed(degrees: float) -> Callable[[Imu, Window], Packet]:
-    turn = Rotation.from_euler("z", degrees, degrees=True)
-
-    def jump(imu: Imu, _window: Window) -> Packet:
-        return replace(imu, orientation=(turn * Rotation.from_quat(imu.orientation)).as_quat())
-
-    return jump
+def _headed(imu: Imu, _window: Window) -> Packet:
+    turn = Rotation.from_euler("z", 60.0, degrees=True)
+    return replace(imu, orientation=(turn * Rotation.from_quat(imu.orientation)).as_quat())
 
 
 def _random(imu: Imu, window: Window) -> Packet:
@@ -101,8 +97,8 @@ FAULTS = (
     ),
     Fault("one IMU: slips by 90 degrees", each(ONE, _turned(90.0, "y")), ONE, NAMED),
     Fault("one IMU: slips by 20 degrees", each(ONE, _turned(20.0, "x")), ONE),
-    Fault("one IMU: heading jumps by 60 degrees", each(ONE, _headed(60.0)), ONE),
-    Fault("all IMUs: heading jumps by 60 degrees", each(("imus",), _headed(60.0))),
+    Fault("one IMU: heading jumps by 60 degrees", each(ONE, _headed), ONE),
+    Fault("all IMUs: heading jumps by 60 degrees", each(("imus",), _headed)),
     Fault("one IMU: NaN", each(ONE, put(orientation=np.full(4, np.nan))), ONE, NAMED),
     Fault("one IMU: zero quaternions", each(ONE, put(orientation=np.zeros(4))), ONE, NAMED),
     Fault(

@@ -16,6 +16,7 @@ from pose_view.robot import RobotSnapshot
 from pose_view.snapshot import BodySnapshot
 from pose_view.web.places import BodyPanel
 
+EXPECTED_AT = (2.0, 0.0, 0.0)  # [m] assumed position before a person is tracked
 COLOR = (203, 208, 216)
 
 
@@ -79,17 +80,11 @@ class Avatar:
         scene: The scene.
         place: The body's name and colour.
         offset: Displacement from its position in map [m].
-        waits_at: Position of its title before the first snapshot [m].
         absent: Title before the first snapshot.
     """
 
     def __init__(
-        self,
-        scene: SceneApi,
-        place: BodyPanel,
-        offset: Sequence[float],
-        waits_at: Sequence[float],
-        absent: str,
+        self, scene: SceneApi, place: BodyPanel, offset: Sequence[float], absent: str
     ) -> None:
         self._scene = scene
         self._name = f"/bodies/{place.body}"
@@ -104,7 +99,7 @@ class Avatar:
         self._label = scene.add_label(
             f"{self._name}/title",
             f"{place.title}: {absent}",
-            position=np.asarray(waits_at),
+            position=np.array(EXPECTED_AT),
             anchor="top-center",
             font_screen_scale=1.25,
         )

@@ -10,7 +10,7 @@ from pose_core.api import FloatArray, transformed
 from pose_core.joints import JOINT_INDEX, SKELETON_LINES
 from pose_view.body.poses import quaternions
 from pose_view.snapshot import Snapshot
-from pose_view.web.avatar import Avatar, RobotAvatar
+from pose_view.web.avatar import EXPECTED_AT, Avatar, RobotAvatar
 from pose_view.web.places import BodyPanel
 from pose_view.web.server import LocalServer
 
@@ -22,7 +22,6 @@ GHOST_COLORS = ((86, 180, 233), (213, 94, 0), (240, 228, 66), (120, 94, 160))
 GHOST_LINES = np.array(
     [(JOINT_INDEX[a], JOINT_INDEX[b]) for a, b in (("left_hip", "right_hip"), *SKELETON_LINES)]
 )
-EXPECTED_AT = (2.0, 0.0, 0.0)  # [m] assumed position before a person is tracked
 CAMERA_FOV = np.radians(42.0)  # [rad] vertically
 CAMERA_PITCH = np.radians(30.0)  # [rad] downward: the sensors do not hide the bodies
 SETTLING_S = 5.0  # [s] until a new page's layout is complete
@@ -79,9 +78,7 @@ class Stage:
 
     def add(self, place: BodyPanel, absent: str, left: float = 0.0) -> None:
         """Add a body, displaced to the left of its position in map by ``left`` [m]."""
-        self.avatars[place.body] = Avatar(
-            self._server.scene, place, (0.0, left, 0.0), EXPECTED_AT, absent
-        )
+        self.avatars[place.body] = Avatar(self._server.scene, place, (0.0, left, 0.0), absent)
 
     def remove(self, body: str) -> None:
         """Remove a body that was added."""
