@@ -1,12 +1,14 @@
 """The vertical from IMUs on limbs that a camera tracks (synthetic)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_calibration.clocks.motion_track import Track
 from pose_calibration.inertial.imu_gravity import BODY_IMUS, gravity_from_imus, searched_gravity
-from pose_calibration.inertial.imu_motion import View, measure_imu_delay
+from pose_calibration.inertial.imu_motion import Views, measure_imu_delay
 from pose_calibration.inertial.vertical_search import search_vertical
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENT_ENDS
 
@@ -48,8 +50,8 @@ def off_by(angle):
 
 def test_the_vertical_is_found_whatever_the_mountings():
     track, verticals = swinging()
-    view = View(track, off_by(SEEN_WRONG))
-    found = gravity_from_imus([view], [np.eye(3)], verticals, 0.0, PRIOR, "a guess")
+    views = Views([track], off_by(SEEN_WRONG))
+    found = gravity_from_imus(views, verticals, 0.0, PRIOR, "a guess")
     assert found is not None
     assert found.source == f"a guess, {BODY_IMUS}"
     error = float(np.arccos(found.up @ UP))
@@ -60,8 +62,8 @@ def test_the_vertical_is_found_whatever_the_mountings():
 
 def test_a_prior_that_all_limbs_contradict_is_left_out():
     track, verticals = swinging()
-    view = View(track, off_by(np.radians(20.0)))
-    found = gravity_from_imus([view], [np.eye(3)], verticals, 0.0, np.radians(2.0), "a guess")
+    views = Views([track], off_by(np.radians(20.0)))
+    found = gravity_from_imus(views, verticals, 0.0, np.radians(2.0), "a guess")
     assert found is not None
     assert found.source == f"{BODY_IMUS}, not a guess"
     assert float(np.arccos(found.up @ UP)) < np.radians(2.0)
@@ -74,12 +76,11 @@ def test_a_vertical_in_any_other_direction_is_searched(axis):
     track.values[:, trunk[1]] = 0.4 * UP
     track.values[:, trunk[0]] = 0.0
     nobody = Track(np.empty(0), np.empty((0, len(JOINTS), 3)))
-    views = [View(track, np.array(axis)), View(nobody, np.array(axis))]
-    turns = [np.eye(3), np.eye(3)]
-    up = search_vertical(views, turns, verticals, 0.5)
+    views = Views([track, nobody], np.array(axis))
+    up = search_vertical(views, verticals, 0.5)
     assert up is not None
     assert float(np.arccos(up @ UP)) < np.radians(30.0)
-    found = searched_gravity(views, turns, verticals, 0.0, up, "a guess")
+    found = searched_gravity(replace(views, up=up), verticals, 0.0, "a guess")
     assert found.source == f"{BODY_IMUS}, not a guess"
     assert float(np.arccos(found.up @ UP)) < np.radians(2.0)
 
@@ -87,27 +88,27 @@ def test_a_vertical_in_any_other_direction_is_searched(axis):
 def test_a_vertical_that_explains_the_limbs_is_not_searched_again():
     track, verticals = swinging(turning=0.5)
     for up in (off_by(np.radians(15.0)), -UP):  # opposite inclinations are explained as well
-        assert search_vertical([View(track, up)], [np.eye(3)], verticals, 0.5) is None
+        assert search_vertical(Views([track], up), verticals, 0.5) is None
 
 
 def test_limbs_at_rest_do_not_improve_the_vertical():
     track, verticals = swinging(moves=False)
-    view = View(track, off_by(SEEN_WRONG))
-    assert gravity_from_imus([view], [np.eye(3)], verticals, 0.0, np.radians(1.0), "") is None
+    views = Views([track], off_by(SEEN_WRONG))
+    assert gravity_from_imus(views, verticals, 0.0, np.radians(1.0), "") is None
 
 
 def test_without_imus_there_is_no_estimate():
     track, _ = swinging()
-    assert gravity_from_imus([View(track, UP)], [np.eye(3)], {}, 0.0, PRIOR, "") is None
+    assert gravity_from_imus(Views([track], UP), {}, 0.0, PRIOR, "") is None
 
 
 @pytest.mark.parametrize("delay_s", [-0.42, 0.013, 0.31])
 def test_the_delay_is_found_to_5_ms(delay_s):
     track, verticals = swinging(delay_s)
-    found = measure_imu_delay([View(track, UP)], verticals, reach_s=0.5)
+    found = measure_imu_delay(Views([track], UP), verticals, reach_s=0.5)
     assert found.estimate_s == pytest.approx(delay_s, abs=0.005)
 
 
 def test_limbs_at_rest_determine_no_delay():
     track, verticals = swinging(0.1, moves=False, noise=0.001)
-    assert measure_imu_delay([View(track, UP)], verticals, reach_s=0.5).stddev_s == np.inf
+    assert measure_imu_delay(Views([track], UP), verticals, reach_s=0.5).stddev_s == np.inf

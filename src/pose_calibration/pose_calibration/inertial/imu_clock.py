@@ -7,7 +7,7 @@ apart from most others has a clock of its own.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -21,11 +21,10 @@ from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.inertial.imu_motion import (
     MIN_LIMBS,
     TRACKER_LAG_STDDEV_S,
-    View,
+    Views,
     exchanged_sides,
     measure_each_delay,
     measure_imu_delay,
-    views_along,
 )
 from pose_calibration.inertial.vertical_search import search_vertical
 from pose_core.api import (
@@ -93,13 +92,13 @@ def imu_findings(
     begin_ns = min(ones[0].stamp_ns for ones in skeletons.values() if ones)
     views = views_on_reference_clock(extrinsics, extrinsics.clocks, skeletons, begin_ns)
     verticals = memory.verticals(begin_ns)
-    turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
     floor, reach_s = extrinsics.floor, max_offset_s + TRACKER_DELAY_S
-    searched, up = _cut(views, _middle(views), SEARCHED_S), None
+    begin_s, up = _middle(views), None
+    searched = views.between(begin_s, begin_s + SEARCHED_S)
     if floor is not None and floor.up_stddev:
-        up = search_vertical(searched, turns, verticals, reach_s)
+        up = search_vertical(searched, verticals, reach_s)
     if up is not None:
-        views, searched = views_along(views, turns, up), views_along(searched, turns, up)
+        views, searched = replace(views, up=up), replace(searched, up=up)
     exchanged = exchanged_sides(searched, verticals, reach_s)
     verticals = as_worn(verticals, exchanged)
     delay = measure_imu_delay(searched, verticals, reach_s)
@@ -125,10 +124,10 @@ def imu_findings(
             clocks[IMUS] = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S)
     gravity = None
     if floor is not None and up is not None:
-        gravity = searched_gravity(searched, turns, verticals, delay.estimate_s, up, floor.source)
+        gravity = searched_gravity(searched, verticals, delay.estimate_s, floor.source)
     elif floor is not None and floor.up_stddev:
         gravity = gravity_from_imus(
-            searched, turns, verticals, delay.estimate_s, floor.up_stddev, floor.source
+            searched, verticals, delay.estimate_s, floor.up_stddev, floor.source
         )
     return ImuFindings(
         offset_s=offset_s, offset_stddev_s=delay.stddev_s, clocks=clocks, gravity=gravity
@@ -140,9 +139,7 @@ def as_worn(by_segment: Mapping[str, T], exchanged: Mapping[str, str]) -> dict[s
     return {exchanged.get(name, name): each for name, each in by_segment.items()}
 
 
-def imus_ahead(
-    views: Sequence[View], verticals: Mapping[str, Track], delay_s: float
-) -> dict[str, Delay]:
+def imus_ahead(views: Views, verticals: Mapping[str, Track], delay_s: float) -> dict[str, Delay]:
     """By how much each IMU is ahead of their median [s], by segment, as far as motion tells.
 
     Trackers are late by a different time for each limb: that is part of the standard deviations.
@@ -195,13 +192,13 @@ def in_time(verticals: Mapping[str, Track], apart: Mapping[str, Delay]) -> dict[
 
 
 def measure_imu_window(
-    views: Sequence[View], verticals: Mapping[str, Track], delay_s: float
+    views: Views, verticals: Mapping[str, Track], delay_s: float
 ) -> MeasuredOffset | None:
     """The IMUs' offset in one window, near a known delay [s]; None if the motion is too small."""
     delay = measure_imu_delay(views, verticals, NEAR_S, delay_s)
     if not np.isfinite(delay.stddev_s):
         return None
-    at_s = float(np.mean([view.track.stamps.mean() for view in views if len(view.track.stamps)]))
+    at_s = float(np.mean([track.stamps.mean() for track in views.tracks if len(track.stamps)]))
     return MeasuredOffset(
         at_s=at_s + delay_s,
         offset_s=delay.estimate_s + TRACKER_DELAY_S,
@@ -215,44 +212,32 @@ def views_on_reference_clock(
     clocks: Clocks,
     skeletons: Mapping[str, Sequence[SkeletonSample]],
     begin_ns: int,
-) -> list[View]:
+) -> Views:
     """Views of all sensors, their stamps corrected by these clocks."""
-    return [
-        View(
-            track_of([on_reference_clock(one, clocks) for one in ones], begin_ns),
-            extrinsics.T_map_sensor(name)[2, :3],
-        )
-        for name, ones in skeletons.items()
-    ]
+    tracks = []
+    for name, ones in skeletons.items():
+        track = track_of([on_reference_clock(one, clocks) for one in ones], begin_ns)
+        R_reference_sensor = extrinsics.T_reference_sensor[name][:3, :3]
+        tracks.append(Track(track.stamps, track.values @ R_reference_sensor.T))
+    return Views(tracks, extrinsics.T_map_reference[2, :3])
 
 
 def _over_time(
-    views: list[View], verticals: Mapping[str, Track], delay_s: float
+    views: Views, verticals: Mapping[str, Track], delay_s: float
 ) -> list[MeasuredOffset]:
-    first, last = _span(views)
+    first, last = views.span_s
     every = max(WINDOW_S, (last - first) / MAX_WINDOWS)
     count = max(1, round((last - first) / every))
     starts = first + (last - first) / count * np.arange(count)
 
     def measure(start: float, near: float) -> MeasuredOffset | None:
-        window = _cut(views, start, max(WINDOW_S, (last - first) / count))
+        window = views.between(start, start + max(WINDOW_S, (last - first) / count))
         return measure_imu_window(window, verticals, near - TRACKER_DELAY_S)
 
     return measure_outwards(starts, _middle(views) - every, delay_s + TRACKER_DELAY_S, measure)
 
 
-def _span(views: Sequence[View]) -> tuple[float, float]:
-    """First and last stamp [s] of all views."""
-    stamps = [view.track.stamps for view in views if len(view.track.stamps)]
-    return min(float(each[0]) for each in stamps), max(float(each[-1]) for each in stamps)
-
-
-def _middle(views: Sequence[View]) -> float:
+def _middle(views: Views) -> float:
     """Start [s] of the middle minute of the views."""
-    first, last = _span(views)
+    first, last = views.span_s
     return max(first, 0.5 * (first + last - SEARCHED_S))
-
-
-def _cut(views: Sequence[View], begin_s: float, duration_s: float) -> list[View]:
-    end_s = begin_s + duration_s
-    return [View(view.track.between(begin_s, end_s), view.up) for view in views]

@@ -28,7 +28,7 @@ from pose_calibration.clocks.joint_delays import CORRELATION_S
 from pose_calibration.clocks.motion_track import Track
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.geometry.rigid_transform import TUKEY
-from pose_calibration.inertial.imu_motion import View, views_along
+from pose_calibration.inertial.imu_motion import Views, limb_ends
 from pose_core.api import FloatArray
 from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known, robust_stddev
@@ -79,18 +79,12 @@ class _State:
 
 
 def gravity_from_imus(
-    views: Sequence[View],
-    turns: Sequence[FloatArray],
-    verticals: Mapping[str, Track],
-    delay_s: float,
-    up_stddev: float,
-    source: str,
+    views: Views, verticals: Mapping[str, Track], delay_s: float, up_stddev: float, source: str
 ) -> Gravity | None:
     """Estimate the vertical in the reference's frame.
 
     Args:
         views: Joints measured by each camera, with the vertical estimated without the IMUs.
-        turns: ``R_reference_sensor`` of each, (3, 3).
         verticals: The vertical in each IMU, by segment.
         delay_s: Delay of the IMUs' stamps for the same pose [s].
         up_stddev: Standard deviation [rad] of the vertical estimated without the IMUs.
@@ -101,15 +95,14 @@ def gravity_from_imus(
     """
     limbs = [
         limb
-        for view, R in zip(views, turns, strict=True)
+        for track in views.tracks
         for segment, each in verticals.items()
-        if (limb := _matched(view, R, segment, each, delay_s)) is not None
+        if (limb := _matched(track, segment, each, delay_s)) is not None
     ]
     segments = sorted({limb.segment for limb in limbs})
     if len(segments) < MIN_SEGMENTS:
         return None
-    ups = [R @ view.up for view, R in zip(views, turns, strict=True)]
-    known = _unit(np.array(ups, float).sum(axis=0))
+    known = _unit(views.up)
     alone = _contradicting(limbs, known, up_stddev)
     if alone is not None:
         return Gravity(up=alone[0], stddev=alone[1], source=f"{BODY_IMUS}, not {source}")
@@ -125,27 +118,20 @@ def gravity_from_imus(
 
 
 def searched_gravity(
-    views: Sequence[View],
-    turns: Sequence[FloatArray],
-    verticals: Mapping[str, Track],
-    delay_s: float,
-    up: FloatArray,
-    source: str,
+    views: Views, verticals: Mapping[str, Track], delay_s: float, source: str
 ) -> Gravity:
     """Estimate the vertical where the one without the IMUs is wrong.
 
     Args:
-        views: Joints measured by each camera.
-        turns: ``R_reference_sensor`` of each, (3, 3).
+        views: Joints measured by each camera, with the vertical as found by a search.
         verticals: The vertical in each IMU, by segment.
         delay_s: Delay of the IMUs' stamps for the same pose [s].
-        up: The vertical as found by a search, (3,).
         source: What the wrong one was estimated from.
     """
-    found = Gravity(up=up, stddev=float(SEARCHED_STDDEV), source="")
+    found = Gravity(up=views.up, stddev=float(SEARCHED_STDDEV), source="")
     for _ in range(SEARCH_ITERATIONS):
-        along = views_along(views, turns, found.up)
-        better = gravity_from_imus(along, turns, verticals, delay_s, float(SEARCHED_STDDEV), "")
+        along = replace(views, up=found.up)
+        better = gravity_from_imus(along, verticals, delay_s, float(SEARCHED_STDDEV), "")
         found = better or found
     return replace(found, source=f"{BODY_IMUS}, not {source}")
 
@@ -194,21 +180,17 @@ def _solve(
     return state.up, float(np.hypot(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), FLOOR_STDDEV))
 
 
-def _matched(
-    view: View, R: FloatArray, segment: str, vertical: Track, delay_s: float
-) -> _LimbDirections | None:
-    track = view.track
+def _matched(track: Track, segment: str, vertical: Track, delay_s: float) -> _LimbDirections | None:
     if len(track.stamps) < 2:
         return None
     stamps = np.arange(track.stamps[0], track.stamps[-1], 1.0 / RATE)
-    start, end = view.ends(segment, stamps)
+    start, end = limb_ends(track, segment, stamps)
     bone = end - start
     up = vertical.at(stamps + delay_s)
     known = are_known(bone + up)
     if known.sum() < MIN_SAMPLES:
         return None
-    bone = bone[known] @ R.T
-    return _LimbDirections(segment, unit_vectors(bone), up[known])
+    return _LimbDirections(segment, unit_vectors(bone[known]), up[known])
 
 
 def _axis(limb: _LimbDirections, up: FloatArray) -> FloatArray:

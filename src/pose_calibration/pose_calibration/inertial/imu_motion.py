@@ -42,22 +42,28 @@ EXCHANGED_COST = 20.0  # [-] for each pair of exchanged IMUs, in twice the log-l
 
 
 @dataclass(frozen=True)
-class View:
-    """Joints that one camera measured."""
+class Views:
+    """Joints that the cameras measured, and the vertical, both along the reference's axes."""
 
-    track: Track  # joints in its frame, stamps on the reference's clock
-    up: FloatArray  # (3,) the vertical in the camera's frame
+    tracks: Sequence[Track]  # each relative to its camera; stamps on the reference's clock
+    up: FloatArray  # (3,)
 
-    def ends(self, segment: str, stamps: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Positions of a segment's two ends at instants [s], each (n, 3) [m]."""
-        joints = self.track.at(stamps)
-        start, end = (joints[:, JOINT_INDEX[name]] for name in SEGMENT_ENDS[segment])
-        return start, end
+    def between(self, begin_s: float, end_s: float) -> "Views":
+        """The part from one instant [s] to another, the latter excluded."""
+        return Views([track.between(begin_s, end_s) for track in self.tracks], self.up)
+
+    @property
+    def span_s(self) -> tuple[float, float]:
+        """First and last stamp [s]."""
+        stamps = [track.stamps for track in self.tracks if len(track.stamps)]
+        return min(float(each[0]) for each in stamps), max(float(each[-1]) for each in stamps)
 
 
-def views_along(views: Sequence[View], turns: Sequence[FloatArray], up: FloatArray) -> list[View]:
-    """The views with another vertical in the reference's frame, (3,)."""
-    return [View(view.track, R.T @ up) for view, R in zip(views, turns, strict=True)]
+def limb_ends(track: Track, segment: str, stamps: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Positions of a segment's two ends at instants [s], each (n, 3) [m]."""
+    joints = track.at(stamps)
+    start, end = (joints[:, JOINT_INDEX[name]] for name in SEGMENT_ENDS[segment])
+    return start, end
 
 
 @dataclass(frozen=True)
@@ -71,10 +77,7 @@ class _LimbMisfit:
 
 
 def measure_imu_delay(
-    views: Sequence[View],
-    verticals: Mapping[str, Track],
-    reach_s: float,
-    centre_s: float = 0.0,
+    views: Views, verticals: Mapping[str, Track], reach_s: float, centre_s: float = 0.0
 ) -> Delay:
     """Estimate the delay of the IMUs' stamps behind the views' for the same pose.
 
@@ -100,7 +103,7 @@ def measure_imu_delay(
 
 
 def unexplained_share(
-    views: Sequence[View], verticals: Mapping[str, Track], reach_s: float
+    views: Views, verticals: Mapping[str, Track], reach_s: float
 ) -> tuple[float, float]:
     """The share of the limbs' motion along the vertical that the IMUs leave unexplained.
 
@@ -120,9 +123,7 @@ def unexplained_share(
     return float(np.exp(total.min() / count)), count
 
 
-def exchanged_sides(
-    views: Sequence[View], verticals: Mapping[str, Track], reach_s: float
-) -> dict[str, str]:
+def exchanged_sides(views: Views, verticals: Mapping[str, Track], reach_s: float) -> dict[str, str]:
     """Segments whose IMU is worn on the other side, each with that one.
 
     In steady walking, an exchanged pair of IMUs fits half a step later as well as on the other side
@@ -158,7 +159,7 @@ def exchanged_sides(
 
 
 def measure_each_delay(
-    views: Sequence[View], verticals: Mapping[str, Track], centre_s: float
+    views: Views, verticals: Mapping[str, Track], centre_s: float
 ) -> dict[str, Delay]:
     """Estimate the delay of each IMU by itself, from its limb in all views together.
 
@@ -187,15 +188,15 @@ def measure_each_delay(
 
 
 def _limbs(
-    views: Sequence[View], verticals: Mapping[str, Track], reach_s: float, centre_s: float
+    views: Views, verticals: Mapping[str, Track], reach_s: float, centre_s: float
 ) -> tuple[list[_LimbMisfit], FloatArray]:
     """The limbs whose motion suffices, in all views; and the shifts of their misfits [s]."""
     reach = round(reach_s * GRID_RATE) + FINE
     limbs = [
         limb
-        for view in views
+        for track in views.tracks
         for segment, each in verticals.items()
-        if (limb := _limb(view, segment, each, reach, centre_s)) is not None
+        if (limb := _limb(track, views.up, segment, each, reach, centre_s)) is not None
     ]
     return limbs, np.arange(-reach, reach + 1) / GRID_RATE + centre_s
 
@@ -228,24 +229,22 @@ def _parabola(shifts: FloatArray, values: FloatArray, best: int) -> tuple[FloatA
 
 
 def _limb(
-    view: View, segment: str, vertical: Track, reach: int, centre_s: float
+    track: Track, up: FloatArray, segment: str, vertical: Track, reach: int, centre_s: float
 ) -> _LimbMisfit | None:
-    track = view.track
     if len(track.stamps) < 2 or len(vertical.stamps) < 2:
         return None
     grid = np.arange(track.stamps[0], track.stamps[-1], 1.0 / GRID_RATE)
-    start, end = view.ends(segment, grid)
+    start, end = limb_ends(track, segment, grid)
     direction = unit_vectors(end - start)
     pointing = np.abs((direction * unit_vectors(end)).sum(axis=1))
-    inclination = np.where(pointing < MAX_POINTING, direction @ view.up, np.nan)
+    inclination = np.where(pointing < MAX_POINTING, direction @ up, np.nan)
     margin = np.arange(-reach, 0) / GRID_RATE
     wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
-    up = vertical.at(wide)
     is_seen = np.isfinite(inclination)
     fast_inclination = _without_slow(inclination[:, None], is_seen)[:, 0]
     if is_seen.sum() < MIN_DURATION_S * GRID_RATE or fast_inclination[is_seen].std() < MIN_SWING:
         return None
-    return _misfits(fast_inclination, is_seen, up, reach)
+    return _misfits(fast_inclination, is_seen, vertical.at(wide), reach)
 
 
 def _misfits(

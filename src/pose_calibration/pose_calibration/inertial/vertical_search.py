@@ -5,13 +5,14 @@ on its side, may be taken for one who stands. Then no IMU's motion fits the limb
 which are fitted by those about the true vertical.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from pose_calibration.clocks.motion_track import GRID_RATE, Track
-from pose_calibration.inertial.imu_motion import View, unexplained_share, views_along
+from pose_calibration.inertial.imu_motion import Views, limb_ends, unexplained_share
 from pose_core.api import FloatArray
 from pose_core.arrays import unit_vectors
 from pose_core.finite_numbers import are_known
@@ -28,16 +29,12 @@ DIRECTIONS = unit_vectors(
 
 
 def search_vertical(
-    views: Sequence[View],
-    turns: Sequence[FloatArray],
-    verticals: Mapping[str, Track],
-    reach_s: float,
+    views: Views, verticals: Mapping[str, Track], reach_s: float
 ) -> FloatArray | None:
     """The vertical, if the one of the views leaves far more of the limbs' motion unexplained.
 
     Args:
         views: Joints measured by each camera, with the vertical estimated without the IMUs.
-        turns: ``R_reference_sensor`` of each, (3, 3).
         verticals: The vertical in each IMU, by segment.
         reach_s: Half width of the search for the IMUs' delay [s].
 
@@ -48,23 +45,22 @@ def search_vertical(
     if known <= MOST_UNEXPLAINED:
         return None
     tried = [
-        (*unexplained_share(views_along(views, turns, up), verticals, reach_s), up)
-        for up in DIRECTIONS
+        (*unexplained_share(replace(views, up=up), verticals, reach_s), up) for up in DIRECTIONS
     ]
     share, count, up = min(tried, key=lambda each: each[0])
     if count < MIN_COUNT or share > MUCH_LESS * known:
         return None
-    return up if _trunk(views, turns) @ up >= 0.0 else -up
+    return up if _trunk(views) @ up >= 0.0 else -up
 
 
-def _trunk(views: Sequence[View], turns: Sequence[FloatArray]) -> FloatArray:
+def _trunk(views: Views) -> FloatArray:
     """The mean direction from the torso to the neck in the reference's frame, (3,)."""
     total = np.zeros(3)
-    for view, R in zip(views, turns, strict=True):
-        stamps = view.track.stamps
-        if len(stamps) < 2:
+    for track in views.tracks:
+        if len(track.stamps) < 2:
             continue
-        start, end = view.ends("torso", np.arange(stamps[0], stamps[-1], 1.0 / GRID_RATE))
+        grid = np.arange(track.stamps[0], track.stamps[-1], 1.0 / GRID_RATE)
+        start, end = limb_ends(track, "torso", grid)
         known = are_known(end - start)
-        total += R @ unit_vectors((end - start)[known]).sum(axis=0)
+        total += unit_vectors((end - start)[known]).sum(axis=0)
     return total

@@ -183,8 +183,7 @@ class ClockTracker:
 
     def _measure_imus(self, begin_ns: int, imus: ImuMemory) -> None:
         views = views_on_reference_clock(self._extrinsics, self.clocks, self._samples, begin_ns)
-        views = [view for view in views if len(view.track.stamps) > 1]
-        if not views:
+        if not any(len(track.stamps) > 1 for track in views.tracks):
             return
         verticals, reach_s = imus.verticals(begin_ns), self._max_offset_s + TRACKER_DELAY_S
         exchanged = exchanged_sides(views, verticals, reach_s)
