@@ -2,6 +2,7 @@
 
 import argparse
 import os
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from pose_node.command_line import jobs
@@ -27,4 +28,20 @@ def add_jobs_argument(parser: argparse.ArgumentParser, most: int | None = None) 
         default=min(most or cores, cores),
         metavar="N",
         help="processes at once (default: %(default)s)",
+    )
+
+
+def add_list(
+    parser: argparse.ArgumentParser,
+    name: str,
+    default: Sequence[str] | Sequence[float],
+    meaning: str,
+    metavar: str | None = None,
+    choices: Collection[str] | None = None,
+) -> None:
+    """Declare an option of one value or more, of the type of the defaults, which its help shows."""
+    text = f"{meaning} (default: {' '.join(map(str, default))})"
+    kind = type(default[0])
+    parser.add_argument(
+        name, nargs="+", type=kind, default=default, choices=choices, metavar=metavar, help=text
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 from pose_bench import kinectmultitrack, uiprmd
 from pose_bench.one_camera import RAW
-from pose_bench.options import add_jobs_argument
+from pose_bench.options import add_jobs_argument, add_list
 from pose_bench.pool import run_all
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
@@ -25,14 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_path(parser, "--uiprmd", "DIR", "with Kinect/ and Vicon/: one Kinect and Vicon")
     add_path(parser, "--kinectmultitrack", "DIR", "with *.csv[.gz]: two Kinects")
-    parser.add_argument(
-        "--methods",
-        nargs="+",
-        choices=ESTIMATORS,
-        default=ESTIMATORS,
-        metavar="NAME",
-        help=f"of {', '.join(ESTIMATORS)} (default: all)",
-    )
+    add_list(parser, "--methods", ESTIMATORS, "estimators", "NAME", ESTIMATORS)
     add_jobs_argument(parser)
 
 

@@ -12,7 +12,7 @@ from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_sess
 from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
-from pose_bench.options import add_jobs_argument, add_motion_argument
+from pose_bench.options import add_jobs_argument, add_list, add_motion_argument
 from pose_bench.pool import run_all
 from pose_bench.tools.showing import publish
 from pose_core.api import PipelineParameters
@@ -45,14 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     swing = "by which the IMUs' headings swing in uneven magnetic fields, standard deviation"
     add_option(parser, "--disturbance", 0.0, swing, "DEG")
-    parser.add_argument(
-        "--imu-rates",
-        type=float,
-        nargs="+",
-        default=ImuModel().rates,
-        metavar="HZ",
-        help="rate of the IMUs; several alternate from segment to segment (default: 100)",
-    )
+    rates = "rate of the IMUs; several alternate from segment to segment"
+    add_list(parser, "--imu-rates", ImuModel().rates, rates, "HZ")
     add_option(parser, "--seed", SEED, "of everything random", "N")
     add_jobs_argument(parser, MAX_JOBS)
 

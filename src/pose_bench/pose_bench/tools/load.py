@@ -14,6 +14,7 @@ from rich.console import Console
 from pose_bench.faults.messages import Planned, planned
 from pose_bench.live_run import latencies
 from pose_bench.nodes.fault_player import FaultPlayer
+from pose_bench.options import add_list
 from pose_bench.processes import Usages, latency_probe, usages
 from pose_bench.repeated_messages import LOOP_NS, in_loop
 from pose_bench.speed import machine
@@ -52,9 +53,7 @@ class LoadResult:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--scene", nargs="+", choices=list(SCENES), default=list(SCENES), help="(all)"
-    )
+    add_list(parser, "--scene", list(SCENES), "what the graph is given", choices=SCENES)
     add_option(parser, "--loops", 1, "of the 64 s of each scene", "N")
 
 

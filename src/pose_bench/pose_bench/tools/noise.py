@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 from rich.console import Console
 
+from pose_bench.options import add_list
 from pose_bench.sessions import EVALUATED_FROM_S, BenchSession, SessionSpec, bench_session
 from pose_bench.tools.showing import publish
 from pose_core.api import SkeletonSeries, series_from_samples
@@ -55,16 +56,8 @@ distance after the best rigid fit, variation of limb lengths, difference of the 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--noise",
-        nargs="+",
-        default=["typical", "hard"],
-        choices=NOISE_PRESETS,
-        help="presets to measure (default: typical hard)",
-    )
-    parser.add_argument(
-        "--seeds", nargs="+", type=int, default=[1, 2, 3], help="sessions (default: 1 2 3)"
-    )
+    add_list(parser, "--noise", ["typical", "hard"], "presets to measure", choices=NOISE_PRESETS)
+    add_list(parser, "--seeds", [1, 2, 3], "sessions")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from pose_bench.options import add_list
 from pose_bench.processes import usages
 from pose_bench.repeated_messages import shifted_by
 from pose_bench.speed import machine
@@ -61,13 +62,8 @@ def repeat(bag: BagReader, path: Path, times: int, *, imus: bool = True) -> floa
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("bag", type=Path, help="of some ten seconds, as ./pose demo leaves one")
-    parser.add_argument(
-        "--times",
-        type=int,
-        nargs="+",
-        default=[1, 10],
-        metavar="N",
-        help="how often it is repeated, for each of the bags to make (1 10)",
+    add_list(
+        parser, "--times", [1, 10], "how often it is repeated, for each of the bags to make", "N"
     )
 
 

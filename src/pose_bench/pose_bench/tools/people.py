@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from pose_bench.options import add_motion_argument
+from pose_bench.options import add_list, add_motion_argument
 from pose_bench.tools.showing import publish
 from pose_core.api import PeopleTracker
 from pose_evaluation.identity import IdentityScore, score_identities
@@ -69,9 +69,7 @@ def score_scene(scene: Crowd) -> tuple[IdentityScore, float]:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--people", type=int, nargs="+", default=[1, 2, 3, 4, 6], metavar="N", help="(1 2 3 4 6)"
-    )
+    add_list(parser, "--people", [1, 2, 3, 4, 6], "numbers of people", "N")
     add_option(parser, "--scenes", 4, "of each kind", "N")
     add_option(parser, "--duration", 60.0, "of each scene [s]", "S")
     add_option(parser, "--seed", 0, "of the first scene", "N")

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from rich.console import Console
 
+from pose_bench.options import add_list
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tools.showing import publish
 from pose_core.api import (
@@ -78,13 +79,8 @@ def _asked(
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument(
-        "--choreographies",
-        nargs="+",
-        default=["leg_lift_march", "kicks", "dance"],
-        metavar="NAME",
-        help="motions of the synthetic subject (default: leg_lift_march kicks dance)",
-    )
+    motions = ["leg_lift_march", "kicks", "dance"]
+    add_list(parser, "--choreographies", motions, "motions of the synthetic subject", "NAME")
     add_option(parser, "--duration", 30.0, "of each session [s]", "S")
 
 
