@@ -1,8 +1,7 @@
 """Bytes received by a UART at another speed."""
 
 import numpy as np
-
-from pose_sim.uart import received
+from uart_receiver import received
 
 
 def test_the_right_speed_changes_nothing():
