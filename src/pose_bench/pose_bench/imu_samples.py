@@ -6,6 +6,7 @@ from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import Chunk, ImuBatch, ImuPipeline
 from imu_bridge.segments import ImuNode
 from pose_core.api import ImuSample
+from pose_sim.captured.session import START_NS
 from pose_sim.imu_file import encode_all
 from pose_sim.session import Session
 from pose_sim.virtual_imu import NODES
@@ -25,12 +26,11 @@ def processed(session: Session, parameters: ImuBridgeParameters) -> ImuBatch:
     )
 
 
-def imu_samples(session: Session, start_ns: int, imu_filter: str = FILTER) -> list[TimedImuSample]:
+def imu_samples(session: Session, imu_filter: str = FILTER) -> list[TimedImuSample]:
     """The samples of all nodes of a session, in order of arrival.
 
     Args:
         session: The session.
-        start_ns: Stamp [ns] of its time zero.
         imu_filter: The bridge's orientation filter.
     """
     parameters = ImuBridgeParameters(filter=imu_filter, magnetometer=MAGNETOMETER)
@@ -41,9 +41,9 @@ def imu_samples(session: Session, start_ns: int, imu_filter: str = FILTER) -> li
     segments = list(NODES.values())
     return [
         (
-            start_ns + arrivals_ns[row],
+            START_NS + arrivals_ns[row],
             ImuSample(
-                stamp_ns=start_ns + batch.stamp_ns[row],
+                stamp_ns=START_NS + batch.stamp_ns[row],
                 segment=segments[batch.node[row]],
                 orientation=batch.orientation[row],
                 orientation_stddev=stddev[row],

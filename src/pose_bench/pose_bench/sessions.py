@@ -85,7 +85,7 @@ def bench_session(
     settings = settings_of(spec.level, sections)
     session = make_session(spec.choreography, spec.duration_s, spec.seed, settings)
     timed_skeletons = _skeleton_samples(session)
-    timed_imus = imu_samples(session, START_NS, imu_filter) if imus else []
+    timed_imus = imu_samples(session, imu_filter) if imus else []
     every: list[tuple[int, SkeletonSample | ImuSample]] = [*timed_skeletons, *timed_imus]
     every.sort(key=lambda timed: timed[0])
     return BenchSession(

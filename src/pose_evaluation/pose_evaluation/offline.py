@@ -71,7 +71,6 @@ def known_setups(*, has_imus: bool) -> tuple[MethodSetup, ...]:
 def run_methods(
     samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
     setups: Sequence[MethodSetup],
-    sensors: Sequence[str],
     extrinsics: Extrinsics,
 ) -> dict[str, MethodRun]:
     """Run estimators side by side over the same samples.
@@ -79,7 +78,6 @@ def run_methods(
     Args:
         samples: Samples of all sensors; they are used in the order of their stamps.
         setups: The methods to run.
-        sensors: Names of the Kinects.
         extrinsics: Poses of the Kinects.
 
     Returns:
@@ -91,7 +89,7 @@ def run_methods(
     pipelines = {
         setup.name: Pipeline(
             PipelineParameters(
-                estimator=setup.estimator, use_imus=setup.use_imus, sensors=tuple(sensors)
+                estimator=setup.estimator, use_imus=setup.use_imus, sensors=extrinsics.sensors
             ),
             extrinsics,
         )

@@ -53,7 +53,7 @@ def test_a_light_recording_has_a_third_of_the_frames_and_a_quarter_of_two_imus_s
 
 
 def test_a_session_publishes_at_the_output_rate(person, recording):
-    session = LiveSession(extrinsics_from_map(person.T_map_sensor), max_people=2, output_rate=100.0)
+    session = LiveSession(extrinsics_from_map(person.T_map_sensor), output_rate=100.0)
     session.kept = []
     for index, messages in enumerate(recording[0][:500]):
         session.step(messages, START_NS + (index + 1) * STEP_NS)

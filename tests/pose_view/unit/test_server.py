@@ -18,7 +18,7 @@ PROTOCOL = f"viser-v{viser.__version__}"
 
 @pytest.fixture(scope="module")
 def server():
-    started = LocalServer("127.0.0.1", 0, "test")
+    started = LocalServer("127.0.0.1", 0)
     yield started
     started.stop()
 
@@ -87,7 +87,7 @@ def test_a_rebound_name_gets_no_scene_even_if_its_page_is_of_the_same_name(serve
 
 
 def test_a_public_page_requires_its_token_once_and_warns():
-    opened = LocalServer("0.0.0.0", 0, "test")
+    opened = LocalServer("0.0.0.0", 0)
     try:
         token = opened.invitation.partition("?token=")[2]
         assert len(token) > 20
@@ -127,11 +127,11 @@ def test_nothing_is_shared_through_the_internet(server):
 
 def test_an_address_that_is_none_ends_in_one_line():
     with pytest.raises(PoseError, match=r"cannot serve pages on host = '192\.0\.2\.7'.*127"):
-        LocalServer("192.0.2.7", 0, "test")
+        LocalServer("192.0.2.7", 0)
 
 
 def test_a_taken_port_is_passed_over(server):
-    other = LocalServer("127.0.0.1", server.get_port(), "test")
+    other = LocalServer("127.0.0.1", server.get_port())
     try:
         assert other.get_port() != server.get_port()
     finally:

@@ -78,10 +78,9 @@ def _scores(choreography: str, level: str, seed: int) -> dict[str, dict[str, tup
         SessionSpec(choreography=choreography, level=level, seed=seed), imus=False
     )
     setups = [MethodSetup(name=name, estimator=name) for name in OUR_METHODS]
-    sensors = session.extrinsics.sensors
     truth = reference_of_skeleton("the truth", session.evaluated_truth)
     scores = {}
-    for name, run in run_methods(session.samples, setups, sensors, session.extrinsics).items():
+    for name, run in run_methods(session.samples, setups, session.extrinsics).items():
         angles = score_method(name, run.series, truth).angles
         scores[name] = {each: (angles[each].r, angles[each].rmse_deg) for each in ANGLES}
     return scores

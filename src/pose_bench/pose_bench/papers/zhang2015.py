@@ -54,9 +54,8 @@ def _errors(seed: int) -> dict[str, FloatArray]:
         SessionSpec(choreography=CHOREOGRAPHY, level=LEVEL, seed=seed),
         imu_filter="madgwick",
     )
-    sensors = session.extrinsics.sensors
     errors = {}
-    for name, run in run_methods(session.samples, SHOWN, sensors, session.extrinsics).items():
+    for name, run in run_methods(session.samples, SHOWN, session.extrinsics).items():
         limbs = [_limb_errors(run.series, session, limb) for limb in ARMS]
         errors[name] = np.array([mean_known(list(column)) for column in zip(*limbs, strict=True)])
     return errors

@@ -163,6 +163,6 @@ def _reference(person: CapturedSession, slots: Sequence[Slot], start_ns: int) ->
 
     samples = [sample for sample in person.samples(imus=True) if not is_lost(sample)]
     extrinsics = extrinsics_from_map(person.T_map_sensor)
-    series = run_methods(samples, [SETUP], ("left", "right"), extrinsics)["default"].series
+    series = run_methods(samples, [SETUP], extrinsics)["default"].series
     stamps_ns = series.stamps_ns - START_NS + start_ns
     return Poses(stamps_ns=stamps_ns, arrived_ns=stamps_ns, values=series.positions)

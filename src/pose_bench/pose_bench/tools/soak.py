@@ -84,11 +84,8 @@ def operate(*, is_light: bool) -> Iterator[Measurement]:
     """Operate without end; yields after each :data:`PERIOD_NS` of the session."""
     person = captured_person()
     alone, visited = steps_of(person, is_light)
-    session = LiveSession(
-        extrinsics_from_map(person.T_map_sensor),
-        max_people=2,
-        output_rate=10.0 if is_light else 100.0,
-    )
+    output_rate = 10.0 if is_light else 100.0
+    session = LiveSession(extrinsics_from_map(person.T_map_sensor), output_rate)
     process, start_s, due_ns = psutil.Process(), time.monotonic(), PERIOD_NS
     for loop in count():
         begin_ns, end_ns = START_NS + loop * LOOP_NS, (loop + 1) * LOOP_NS

@@ -39,11 +39,10 @@ LOOK_STEPS, REPORT_STEPS = 20, 100  # [steps of 10 ms] between looks at the sour
 
 
 class LiveSession:
-    """A fusion and a calibration.
+    """A fusion of two people and a calibration.
 
     Args:
         extrinsics: Poses of the cameras, known to the fusion; the calibration looks for them.
-        max_people: How many people's poses are estimated.
         output_rate: Estimates per second [Hz].
 
     Attributes:
@@ -51,10 +50,8 @@ class LiveSession:
         bytes: Number of their bytes.
     """
 
-    def __init__(self, extrinsics: Extrinsics, max_people: int, output_rate: float) -> None:
-        parameters = PipelineParameters(
-            sensors=SENSORS, max_people=max_people, output_rate=output_rate
-        )
+    def __init__(self, extrinsics: Extrinsics, output_rate: float) -> None:
+        parameters = PipelineParameters(sensors=SENSORS, max_people=2, output_rate=output_rate)
         self.fusion = PeoplePipeline(parameters, self._publish, extrinsics, is_live=True)
         self.calibration = LiveCalibration(LiveCalibrationParameters(sensors=SENSORS))
         self.outputs = self.bytes = 0

@@ -98,7 +98,7 @@ def estimate_clock_offset(
     a, b = track_of(reference, begin_ns), track_of(other, begin_ns)
     if min(len(a.stamps), len(b.stamps)) < MIN_FRAMES:
         return UNKNOWN_OFFSET
-    begin_s = _liveliest(a, SEARCHED_S)
+    begin_s = _liveliest(a)
     searched = a.between(begin_s, begin_s + SEARCHED_S)
     coarse = find_shift(searched, b, max_offset_s)
     if coarse is None:
@@ -229,15 +229,15 @@ def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
     return np.where(enough, squares / np.maximum(count, 1.0), np.nan)
 
 
-def _liveliest(track: Track, duration_s: float) -> float:
-    """Start [s] of the window of that duration [s] with the most motion."""
+def _liveliest(track: Track) -> float:
+    """Start [s] of the window of :data:`SEARCHED_S` with the most motion."""
     begin, end = float(track.stamps[0]), float(track.stamps[-1])
-    if end - begin <= duration_s:
+    if end - begin <= SEARCHED_S:
         return begin
     ways = np.nan_to_num(np.abs(np.diff(track.values, axis=0))).sum(axis=(1, 2))
     travelled = np.concatenate([[0.0], np.cumsum(ways)])
-    starts = np.arange(begin, end - duration_s, 0.5 * duration_s)
-    first, last = (np.interp(starts + d, track.stamps, travelled) for d in (0.0, duration_s))
+    starts = np.arange(begin, end - SEARCHED_S, 0.5 * SEARCHED_S)
+    first, last = (np.interp(starts + d, track.stamps, travelled) for d in (0.0, SEARCHED_S))
     return float(starts[int(np.argmax(last - first))])
 
 

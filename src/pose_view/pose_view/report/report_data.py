@@ -191,7 +191,7 @@ def _estimate(
         chosen = [setup for setup in setups if setup.name in (*wanted.methods, wanted.focus)]
         imus = any(setup.use_imus for setup in chosen)
         samples = BagSamples(bag, wanted.person, progress, extrinsics=extrinsics, imus=imus)
-        runs = run_methods(samples, chosen, extrinsics.sensors, extrinsics) if chosen else {}
+        runs = run_methods(samples, chosen, extrinsics) if chosen else {}
         result.notes += [f"{line[0].upper()}{line[1:]}." for line in samples.left_out]
         for name, run in runs.items():
             result.methods[name], result.estimates[name] = run.series, run.estimates

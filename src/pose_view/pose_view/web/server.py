@@ -77,17 +77,16 @@ class LocalServer(viser.ViserServer):
     Args:
         host: Address to bind to.
         port: Port to bind to; the next free one if it is in use; any for 0.
-        title: Title of the panel.
 
     Raises:
         PoseError: If the address cannot be used.
     """
 
-    def __init__(self, host: str, port: int, title: str) -> None:
+    def __init__(self, host: str, port: int) -> None:
         _check_address(host)
         self._guard = Guard(host)
         with contextlib.redirect_stdout(io.StringIO()), _guarded(self._guard):
-            super().__init__(host=host, port=port, label=title, verbose=False)
+            super().__init__(host=host, port=port, label="Pose fusion", verbose=False)
 
     @property
     def address(self) -> str:

@@ -81,7 +81,7 @@ class Viewer:
         commands: GraphCommands | None = None,
         recorded: Recorded | None = None,
     ) -> None:
-        self.server = LocalServer(parameters.host, parameters.port, "Pose fusion")
+        self.server = LocalServer(parameters.host, parameters.port)
         self.places = [place_of(body) for body in parameters.bodies]
         self.stage = Stage(self.server, self.places, _absent_texts(self.places, recorded))
         gui = self.server.gui
