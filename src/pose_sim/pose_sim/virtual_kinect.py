@@ -5,12 +5,12 @@ speed and occlusion, white noise, and short gross errors. The sizes are in
 :mod:`pose_sim.kinect_noise`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtr
 
-from pose_core.arrays import FloatArray
+from pose_core.arrays import FloatArray, rows_of
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.arrays import ByteArray, IntArray
@@ -36,8 +36,7 @@ class KinectFrames:
     def late(self, offset_ns: int, after_ns: int) -> "KinectFrames":
         """Frames of a host whose clock is ``offset_ns`` [ns] ahead, after a time [ns] of it."""
         host_ns = self.host_time_ns + offset_ns
-        columns = {**vars(self), "host_time_ns": host_ns}
-        return KinectFrames(**{name: each[host_ns > after_ns] for name, each in columns.items()})
+        return rows_of(replace(self, host_time_ns=host_ns), host_ns > after_ns)
 
 
 def observe(

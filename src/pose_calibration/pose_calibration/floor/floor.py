@@ -23,11 +23,10 @@ References:
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_calibration.floor.gravity import Gravity
 from pose_core.api import FloatArray, FloorEstimate, rigid_transform
-from pose_core.arrays import unit_vectors
+from pose_core.arrays import rows_of, unit_vectors
 from pose_core.finite_numbers import are_known, robust_stddev
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, JOINTS
 
@@ -182,14 +181,14 @@ def _balancing(body: "_Balanced", up: FloatArray) -> tuple[FloatArray, "_Balance
         upright = _angle(trunk, up) < MAX_LEAN
         if upright.any():
             up = unit_vectors(np.median(trunk[upright], axis=0))
-    body = body.at(_angle(trunk, up) < MAX_LEAN)
+    body = rows_of(body, _angle(trunk, up) < MAX_LEAN)
     for _ in range(BALANCE_ITERATIONS):
         forward = unit_vectors(np.cross(up, body.to_right))
         directions = unit_vectors(body.centre - body.support(up) - AHEAD_OF_ANKLES_M * forward)
         is_near = _angle(directions, up) < MAX_SWAY
         if is_near.any():
             up = unit_vectors(np.median(directions[is_near], axis=0))
-    return up, body.at(is_near)
+    return up, rows_of(body, is_near)
 
 
 @dataclass(frozen=True)
@@ -200,12 +199,6 @@ class _Balanced:
     ankles: FloatArray  # (n, 2, 3)
     to_right: FloatArray  # (n, 3) from the left to the right hip
     trunk: FloatArray  # (n, 3) from the hips to the neck
-
-    def at(self, frames: NDArray[np.bool_]) -> "_Balanced":
-        """The same in some of the frames."""
-        return _Balanced(
-            self.centre[frames], self.ankles[frames], self.to_right[frames], self.trunk[frames]
-        )
 
     def support(self, up: FloatArray) -> FloatArray:
         """The point between the ankles that carries the person, (n, 3): one, if the other is up."""

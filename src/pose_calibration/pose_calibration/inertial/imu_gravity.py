@@ -70,11 +70,11 @@ class _State:
     def move(self, step: FloatArray) -> None:
         """Add a step: 2 values of the vertical, 3 per segment, 3 per limb."""
         middle = 2 + self.slopes.size
-        self.up = _unit(self.up + _tangents(self.up) @ step[:2])
+        self.up = unit_vectors(self.up + _tangents(self.up) @ step[:2])
         self.slopes = self.slopes + step[2:middle].reshape(-1, 3)
         own = step[middle:].reshape(-1, 3)
         turned = [a + _tangents(a) @ one[:2] for a, one in zip(self.axes, own, strict=True)]
-        self.axes = np.array([_unit(a) for a in turned])
+        self.axes = unit_vectors(np.array(turned))
         self.biases = self.biases + own[:, 2]
 
 
@@ -102,7 +102,7 @@ def gravity_from_imus(
     segments = sorted({limb.segment for limb in limbs})
     if len(segments) < MIN_SEGMENTS:
         return None
-    known = _unit(views.up)
+    known = unit_vectors(views.up)
     alone = _contradicting(limbs, known, up_stddev)
     if alone is not None:
         return Gravity(up=alone[0], stddev=alone[1], source=f"{BODY_IMUS}, not {source}")
@@ -113,7 +113,7 @@ def gravity_from_imus(
     stddev = float(np.sqrt(own_stddev**2 + share * variance))
     if stddev > IMUS_COUNT_BELOW * up_stddev:
         return None
-    up = _unit(known + share * (up - known))
+    up = unit_vectors(known + share * (up - known))
     return Gravity(up=up, stddev=stddev, source=f"{source}, {BODY_IMUS}")
 
 
@@ -196,7 +196,7 @@ def _matched(track: Track, segment: str, vertical: Track, delay_s: float) -> _Li
 def _axis(limb: _LimbDirections, up: FloatArray) -> FloatArray:
     """Direction of the limb in its IMU, shape (3,), for unbiased measurements and this vertical."""
     axis, *_ = np.linalg.lstsq(limb.vertical, limb.bone @ up, rcond=None)
-    return _unit(axis.astype(float))
+    return unit_vectors(axis.astype(float))
 
 
 def _normal_equations(
@@ -241,9 +241,5 @@ def _normal_equations(
 def _tangents(v: FloatArray) -> FloatArray:
     """Two unit vectors orthogonal to a unit vector and each other, (3, 2)."""
     other = np.eye(3)[int(np.argmin(np.abs(v)))]
-    first = _unit(np.cross(v, other))
+    first = unit_vectors(np.cross(v, other))
     return np.column_stack([first, np.cross(v, first)])
-
-
-def _unit(v: FloatArray) -> FloatArray:
-    return np.asarray(v / np.linalg.norm(v), float)
