@@ -192,9 +192,10 @@ def in_time(verticals: Mapping[str, Track], apart: Mapping[str, Delay]) -> dict[
 
 
 def measure_imu_window(
-    views: Views, verticals: Mapping[str, Track], delay_s: float
+    views: Views, verticals: Mapping[str, Track], offset_s: float
 ) -> MeasuredOffset | None:
-    """The IMUs' offset in one window, near a known delay [s]; None if the motion is too small."""
+    """The IMUs' offset in one window, near a known one [s]; None if the motion is too small."""
+    delay_s = offset_s - TRACKER_DELAY_S
     delay = measure_imu_delay(views, verticals, NEAR_S, delay_s)
     if not np.isfinite(delay.stddev_s):
         return None
@@ -232,7 +233,7 @@ def _over_time(
 
     def measure(start: float, near: float) -> MeasuredOffset | None:
         window = views.between(start, start + max(WINDOW_S, (last - first) / count))
-        return measure_imu_window(window, verticals, near - TRACKER_DELAY_S)
+        return measure_imu_window(window, verticals, near)
 
     return measure_outwards(starts, _middle(views) - every, delay_s + TRACKER_DELAY_S, measure)
 

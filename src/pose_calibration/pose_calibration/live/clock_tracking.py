@@ -129,10 +129,8 @@ class ClockTracker:
         for name, track in tracks.items():
             if min(len(reference.stamps), len(track.stamps)) < 2:
                 continue
-            known_s = self._known_s(name)
             near = partial(measure_window, reference, track)
-            far = partial(self._shift_elsewhere, reference, track, known_s)
-            offset = self._measure(name, known_s, near, far)
+            offset = self._measure(name, near, partial(self._shift_elsewhere, reference, track))
             if offset is not None:
                 self.clocks[name] = self._clock(name, offset, begin_ns, LAG_SPREAD_S)
         if imus.segments:
@@ -155,21 +153,20 @@ class ClockTracker:
     def _measure(
         self,
         name: str,
-        known_s: float,
         near: Callable[[float], MeasuredOffset | None],
-        far: Callable[[], float | None],
+        far: Callable[[float], float | None],
     ) -> MeasuredOffset | None:
         """Measure a source's offset near the known one, or elsewhere once its clock was set.
 
         Args:
             name: The source.
-            known_s: Its offset [s] until now.
             near: Measures an offset near a given one [s].
-            far: Searches the whole range for an offset [s] elsewhere.
+            far: Searches the whole range for an offset [s] other than the given one.
         """
+        known_s = self._known_s(name)
         offset = near(known_s)
         if offset is None:
-            elsewhere_s = far()
+            elsewhere_s = far(known_s)
             if elsewhere_s is None:
                 return None
             self._outliers[name] = self._outliers.get(name, 0) + 1
@@ -189,13 +186,11 @@ class ClockTracker:
         exchanged = exchanged_sides(views, verticals, reach_s)
         verticals = as_worn(verticals, exchanged)
 
-        def far() -> float | None:
+        def far(_known_s: float) -> float | None:
             delay = measure_imu_delay(views, verticals, reach_s)
-            return delay.estimate_s if np.isfinite(delay.stddev_s) else None
+            return delay.estimate_s + TRACKER_DELAY_S if np.isfinite(delay.stddev_s) else None
 
-        known_s = self._known_s(IMUS) - TRACKER_DELAY_S
-        near = partial(measure_imu_window, views, verticals)
-        offset = self._measure(IMUS, known_s, near, far)
+        offset = self._measure(IMUS, partial(measure_imu_window, views, verticals), far)
         if offset is None:
             return
         clock = self._clock(IMUS, offset, begin_ns, TRACKER_LAG_STDDEV_S)
