@@ -12,7 +12,7 @@ from pose_launch.evaluation import Graph, LaunchEvaluation
 from pose_launch.locating import find_launch_file
 from pose_launch.processes import Process
 from pose_launch.supervising import STARTING_S, ProcessSupervisor
-from pose_node.command_line import run_tool
+from pose_node.command_line import add_flag, run_tool
 
 DEFAULT_FILE = "capture.launch.yaml"
 EXIT_AT_END = "exit_at_end"  # argument and parameter: whether a node ends with its recording
@@ -94,9 +94,6 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help=f"let the others run if a process fails within its first {STARTING_S:g} s",
     )
-    parser.add_argument(
-        "--keep-running",
-        action="store_true",
-        help="stay when all recordings that the graph replays have ended",
-    )
+    ended = "stay when all recordings that the graph replays have ended"
+    add_flag(parser, "--keep-running", ended)
     return parser

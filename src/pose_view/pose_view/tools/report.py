@@ -13,7 +13,7 @@ from pose_core.joints import JOINTS
 from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference
-from pose_node.command_line import add_option, run_tool
+from pose_node.command_line import add_option, add_path, run_tool
 from pose_node.many import add_many_arguments, run_many
 from pose_node.plain_console import progress_bar
 from pose_view.report.analysis import Analysis, analyse
@@ -37,13 +37,8 @@ def make_parser() -> argparse.ArgumentParser:
         type=Path,
         help="a bag with kinect_<name>/skeletons, a recording, or a folder of either",
     )
-    parser.add_argument(
-        "--reference",
-        type=Path,
-        metavar="BAG_OR_FILE",
-        help="what is true: a bag (the truth of a synthetic session), a Vicon .csv, .c3d, .trc, "
-        ".mot",
-    )
+    true = "what is true: a bag (the truth of a synthetic session), a Vicon .csv, .c3d, .trc, .mot"
+    add_path(parser, "--reference", "BAG_OR_FILE", true)
     parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="folder to make (default: BAG-report)"
     )
@@ -78,13 +73,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--until", type=float, default=float("inf"), metavar="S", help="end of that stretch [s]"
     )
-    add_option(
-        parser,
-        "--person",
-        "first",
-        "whom to report on: first, nearest (to the first sensor), imus (who wears them), or a "
-        "sensor's id",
-    )
+    whom = "first, nearest (to the first sensor), imus (who wears them), or a sensor's id"
+    add_option(parser, "--person", "first", f"whom to report on: {whom}")
     parser.add_argument(
         "--body", default="", help="which fused body of the bag (default: the subject)"
     )
