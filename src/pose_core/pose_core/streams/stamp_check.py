@@ -61,6 +61,7 @@ class _Source:
     last_ns: int | None = None  # newest used stamp, with the offset
     newest_ns: int | None = None  # newest stamp of all, uncorrected
     has_stepped: bool = True  # whether the stamps since the last used one have a step
+    has_run_back: bool = False  # whether that step was backwards
     tokens: float = 0.0  # [samples] that may arrive at once
     wrong: float = 0.0  # [samples] that were wrong, reduced by good ones
     new_stamp_ns: int = 0  # [ns] arrival of the last sample with a new stamp
@@ -138,6 +139,7 @@ class StampCheck:
         lag_ns = arrival_ns - stamp
         step_ns = stamp_ns - (source.newest_ns or 0)
         source.has_stepped |= not 0 <= step_ns <= MAX_PERIOD_NS
+        source.has_run_back |= step_ns < 0
         source.newest_ns = stamp_ns
         fault = self._fault(source, stamp, lag_ns)
         has_stopped = arrival_ns - source.new_stamp_ns > STANDSTILL_NS
@@ -152,7 +154,8 @@ class StampCheck:
             self._note_fault(source, fault, lag_ns, stamp_ns)
             self._try_offset(source, stamp_ns, arrival_ns)
             return False
-        source.new_stamp_ns, source.has_stepped = arrival_ns, False
+        source.new_stamp_ns = arrival_ns
+        source.has_stepped = source.has_run_back = False
         source.trial_stamp_ns = None
         elapsed_s = 0.0 if source.last_ns is None else (stamp - source.last_ns) / NS_PER_S
         source.tokens = min(source.tokens + elapsed_s * source.rate, source.rate * BURST_S)
@@ -211,7 +214,9 @@ class StampCheck:
             return
         least_ns = min(lags_ns)
         corrected_ns = least_ns - source.offset_ns
-        may_be_slow = any(
+        # A link holds samples back, but does not set their stamps back to what they should be.
+        is_right_again = source.has_run_back and least_ns <= source.largest_lag_ns
+        may_be_slow = not is_right_again and any(
             source.largest_lag_ns < each <= SLOWEST_NS for each in (least_ns, corrected_ns)
         )
         is_held_back = corrected_ns > source.largest_lag_ns and not source.has_stepped
@@ -247,4 +252,4 @@ def _follow_clock(source: _Source, clock_ns: int) -> None:
     is_corrected = source.offset_ns == 0 or abs(left_ns) <= MAX_LEAD_NS
     source.offset_ns = 0 if is_corrected else left_ns
     source.last_ns, source.wrong, source.trial_stamp_ns = None, 0.0, None
-    source.newest_ns, source.has_stepped = None, True
+    source.newest_ns, source.has_stepped, source.has_run_back = None, True, False
