@@ -197,6 +197,18 @@ def test_a_moved_sensor_is_reported_until_the_next_calibration():
     assert calibration.status.startswith("loaded, but ")
 
 
+def test_a_camera_that_repeats_one_frame_is_not_taken_for_a_moved_one():
+    calibration = LiveCalibration(LiveCalibrationParameters(), extrinsics_from_map(POSES))
+    for one in samples(duration_s=35.0):
+        if one.sensor == "right" and one.stamp_ns > 16_000_000_000:
+            one = replace(one, positions=last.positions)
+        elif one.sensor == "right":
+            last = one
+        calibration.add([one])
+    assert calibration.moved is None
+    assert calibration.counts["frames_repeated"] > 500
+
+
 @pytest.mark.parametrize("every", [1, 4])
 def test_a_moved_sensor_is_calibrated_again_if_that_is_allowed(every):
     calibration = bump(every, recalibrate_when_moved=True)

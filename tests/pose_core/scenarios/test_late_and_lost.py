@@ -209,6 +209,22 @@ def test_unused_imus_do_not_keep_the_output_alive(parameters, session):
     assert sorted(use.segment for use in pipeline.imu_uses) == sorted(IMU_SEGMENTS)
 
 
+@pytest.mark.parametrize("worn", [("left_forearm",), IMU_SEGMENTS], ids=["one", "nine"])
+def test_without_cameras_few_imus_do_not_keep_a_guessed_pose_alive(worn, session):
+    *_, skeletons, imus = session
+    samples = [
+        *(s for s in skeletons if not is_disturbed(s)),
+        *(s for s in imus if s.segment in worn),
+    ]
+    pipeline = Pipeline(PipelineParameters(), extrinsics())
+    estimates = fused(pipeline, arriving(samples, lambda _: 0))
+    assert set(aligned(pipeline)) == set(worn)
+    stamps_s = np.array([e.stamp_ns - START_NS for e in estimates]) / 1e9
+    longest_s = np.diff(stamps_s).max()
+    silence_s = DISTURBED_S[1] - DISTURBED_S[0] - PipelineParameters().forget_after
+    assert longest_s == pytest.approx(silence_s if len(worn) == 1 else 0.01, abs=0.05)
+
+
 @pytest.mark.parametrize(
     ("is_heard", "text"),
     [

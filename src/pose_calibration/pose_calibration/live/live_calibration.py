@@ -11,7 +11,14 @@ from pose_calibration.live.collection import COUNTERS, Collection
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_calibration.live.watchdog import Moved, Watchdog
 from pose_calibration.people.calibration_person import CalibrationPerson
-from pose_core.api import Clocks, Extrinsics, SkeletonSample, moved_most_ns, on_reference_clock
+from pose_core.api import (
+    Clocks,
+    Extrinsics,
+    RepeatedFrames,
+    SkeletonSample,
+    moved_most_ns,
+    on_reference_clock,
+)
 from pose_core.counters import Counters
 
 IMU_REACH_NS = 90_000_000_000  # [ns] duration of stored IMU samples
@@ -47,7 +54,8 @@ class LiveCalibration:
         self.extrinsics = known
         self.state = CalibrationState.COLLECTING if known is None else CalibrationState.LOADED
         self.selector = CalibrationPerson(parameters.sensors, parameters.person)
-        self._counters = Counters(*COUNTERS, "moves_noticed")
+        self._counters = Counters(*COUNTERS, "moves_noticed", "frames_repeated")
+        self._repeated = RepeatedFrames()
         self.accelerometer = AccelerometerGravity()
         self.imu_memory = ImuMemory(IMU_REACH_NS)
         self._begin()
@@ -144,6 +152,9 @@ class LiveCalibration:
     def add(self, persons: Sequence[SkeletonSample]) -> Extrinsics | None:
         """Add all persons of one sensor's frame; returns the calibration if it is new."""
         if self.is_finished and not self.parameters.watch:
+            return None
+        if persons and self._repeated.is_frozen(persons[0].sensor, persons):
+            self._counters.add("frames_repeated")
             return None
         samples = self.selector.select(persons)
         if persons and self.selector.is_waiting:

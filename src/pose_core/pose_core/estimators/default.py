@@ -12,14 +12,14 @@ from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.filter_output import FilterOutput
+from pose_core.estimators.filter_output import FilterOutput, tells_pose
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.restart_cause import RestartCause
 from pose_core.filter.start_frames import StartFrames
-from pose_core.filter.state import CAMERA_TIMEOUT_S
+from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.state_checks import StateChecks
 from pose_core.filter.step import StepResult
 from pose_core.filter.step_history import KeptStep, StepHistory
@@ -124,9 +124,10 @@ class DefaultEstimator(StepwiseEstimator):
     def update(self, observation: Observation) -> PublishedState | None:
         """Run one filter step; None while there is no pose, and for late frames."""
         information = self._step(observation)
-        if information is None or self._filter.state is None:
+        state = self._filter.state
+        if information is None or state is None or not self._is_known(state):
             return None
-        return self._output.published(self._filter.state, information)
+        return self._output.published(state, information)
 
     def _step(self, observation: Observation) -> FloatArray | None:
         """Run one filter step; the information of its update, None if there is no pose."""
@@ -165,6 +166,8 @@ class DefaultEstimator(StepwiseEstimator):
         if state is None or not -MAX_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
         ahead_s = max(ahead_s, 0.0)
+        if not self._is_known(state, ahead_s):
+            return None
         pose = self._output.predicted(state, ahead_s, self._alignments.frame(imus))
         return TimedPose(stamp_ns=stamp_ns, pose=pose)
 
@@ -176,10 +179,20 @@ class DefaultEstimator(StepwiseEstimator):
     def interpolated(self, stamps_ns: Sequence[int]) -> PublishedState | None:
         """States at instants between the last two observations."""
         state = self._filter.state
-        if state is None or not stamps_ns:
+        if state is None or not stamps_ns or not self._is_known(state):
             return None
         ages_s = (self._history.stamp_ns - np.array(stamps_ns)) / NS_PER_S
         return self._output.interpolated(state, ages_s)
+
+    def _is_known(self, state: FilterState, ahead_s: float = 0.0) -> bool:
+        """Whether a state is more than a guess: cameras see the person, or IMUs tell enough.
+
+        Args:
+            state: The state.
+            ahead_s: Time since then [s].
+        """
+        is_seen = min(state.views.silent_s.tolist()) + ahead_s < self.parameters.forget_after
+        return is_seen or tells_pose(state)
 
     def _repeat(self, later: Sequence[KeptStep]) -> None:
         """Repeat the steps after a late frame."""

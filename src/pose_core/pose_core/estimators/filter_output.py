@@ -8,10 +8,13 @@ from pose_core.estimators.variance_scale import CONSISTENT_NIS, updated_mean_nis
 from pose_core.filter.depth_errors import depth_variance_scale
 from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.imu import NO_IMUS, ImuFrame
+from pose_core.filter.layout import rotation_column
 from pose_core.filter.state import FilterState
 from pose_core.kernels.published_state import CAMERAS, IMUS, PublishedState
 
 SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
+KNOWN_STDDEV = np.radians(45.0)  # [rad] of a link's rotation that is known rather than guessed
+MIN_KNOWN_SHARE = 1.0 / 3.0  # [-] of the links
 
 
 class FilterOutput:
@@ -70,3 +73,10 @@ class FilterOutput:
         """Factor [-] of the variances that are published."""
         by_depth = depth_variance_scale(state.views.depth_error_power, state.views.depth_noise)
         return float(variance_scale(self._mean_nis) * by_depth)
+
+
+def tells_pose(state: FilterState) -> bool:
+    """Whether enough links' rotations are known without a camera, rather than guessed."""
+    first, after = rotation_column(0), rotation_column(len(state.pose.rotations))
+    variances = np.diagonal(state.P)[first:after].reshape(-1, 3).sum(axis=1)
+    return bool(np.mean(variances < KNOWN_STDDEV**2) > MIN_KNOWN_SHARE)

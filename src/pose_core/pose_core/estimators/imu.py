@@ -1,12 +1,7 @@
 """``imu``: only the IMUs, after the cameras have aligned them at the start."""
 
-from collections.abc import Sequence
-
-from pose_core.estimates.observation import Observation
-from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.default import DefaultEstimator
-from pose_core.imu.imu_history import ImuMeasurements
-from pose_core.kernels.published_state import PublishedState
+from pose_core.filter.state import FilterState
 from pose_core.stamps import NS_PER_S
 
 WARM_UP_NS = 30 * NS_PER_S  # time that the other IMUs have after the first one is aligned
@@ -23,18 +18,10 @@ class ImuEstimator(DefaultEstimator):
     ALIGNS_IMUS = False  # only by what its own start has seen
     _is_alone = False
 
-    def update(self, observation: Observation) -> PublishedState | None:
-        """Run one filter step; None while the filter still uses the cameras."""
-        state = super().update(observation)
-        return state if self._has_aligned else None
-
-    def predicted(self, stamp_ns: int, imus: ImuMeasurements) -> TimedPose | None:
-        """Predict the pose to a later instant; None while the filter still uses the cameras."""
-        return super().predicted(stamp_ns, imus) if self._has_aligned else None
-
-    def interpolated(self, stamps_ns: Sequence[int]) -> PublishedState | None:
-        """States at earlier instants; None while the filter still uses the cameras."""
-        return super().interpolated(stamps_ns) if self._has_aligned else None
+    def _is_known(self, state: FilterState, ahead_s: float = 0.0) -> bool:
+        """Whether the filter does without the cameras; there is no pose while it uses them."""
+        del state, ahead_s
+        return self._has_aligned
 
     def _uses_cameras(self) -> bool:
         """Use the cameras until every IMU is aligned or its time is over, or if none is left."""
