@@ -199,12 +199,11 @@ def test_a_moved_sensor_is_reported_until_the_next_calibration():
 
 def test_a_camera_that_repeats_one_frame_is_not_taken_for_a_moved_one():
     calibration = LiveCalibration(LiveCalibrationParameters(), extrinsics_from_map(POSES))
-    for one in samples(duration_s=35.0):
-        if one.sensor == "right" and one.stamp_ns > 16_000_000_000:
-            one = replace(one, positions=last.positions)
-        elif one.sensor == "right":
-            last = one
-        calibration.add([one])
+    some = samples(duration_s=35.0)
+    last = next(one for one in some if one.sensor == "right" and one.stamp_ns > 16_000_000_000)
+    for one in some:
+        is_frozen = one.sensor == "right" and one.stamp_ns > last.stamp_ns
+        calibration.add([replace(one, positions=last.positions) if is_frozen else one])
     assert calibration.moved is None
     assert calibration.counts["frames_repeated"] > 500
 
