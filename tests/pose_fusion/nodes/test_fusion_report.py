@@ -123,6 +123,14 @@ def reporter_of(samples):
     return FusionReporter(pipeline, reader), reader
 
 
+def test_cameras_that_show_the_subject_before_the_first_pose_are_not_called_silent():
+    reporter, _ = reporter_of(moving_wearer(3.0)[2])
+    assert reporter.report((), {}, {}).message.startswith("starting: the cameras show the subject")
+    for _ in range(10):
+        reporter.check()
+    assert reporter.report((), {}, {}).message.startswith("no skeletons: the sensors see nobody")
+
+
 def test_an_imu_without_orientation_or_plausible_stamps_is_not_called_silent():
     _, _, skeletons, imus = moving_wearer(4.0)
     until_ns = imus[0].stamp_ns + 2 * NS_PER_S

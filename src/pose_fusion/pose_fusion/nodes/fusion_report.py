@@ -9,6 +9,7 @@ from pose_fusion.sample_reader import SampleReader
 from pose_fusion.watching.cameras import IMPLAUSIBLE, MISSED_CHECKS, NO_IMUS, UNDECIDED
 from pose_node.node_status import Level, Report
 
+STARTING = "starting: the cameras show the subject, but there is no pose yet"
 APART_M = 0.15  # [m] of the cameras' views of the subject; late trackers cause a part of it
 DOUBTED = (
     "the subject has come back with other bone lengths: if this is somebody else, stop the graph "
@@ -139,7 +140,8 @@ class FusionReporter:
                 return UNDECIDED
             if self._pipeline.parameters.estimator == "imu" and not self._pipeline.imu_samples:
                 return f"{NO_IMUS}: the estimator imu needs them (imu_<segment>/data)"
-            return "no skeletons: the sensors see nobody, or are silent"
+            seen = self._pipeline.subject_frames.keys() - self._watch.missing.keys()
+            return STARTING if seen else "no skeletons: the sensors see nobody, or are silent"
         idle = [use.segment for use in self._pipeline.subject.imu_uses if use.reason]
         if not (self._is_tracking and idle):
             return status
@@ -188,7 +190,7 @@ class FusionReporter:
         for sensor, why in self._watch.faulty.items():
             yield f"{sensor}: {why}"
         if self._apart_checks > MISSED_CHECKS and not self._pipeline.is_doubted:
-            what = f"the cameras' views are {self._apart_m:.2f} m apart"
+            what = f"the cameras' views are {self._apart_m:.1f} m apart"
             yield f"{what}: calibrate again if one has been moved"
         for sensor, joints in self._held_joints.items():
             what = "it repeats their positions: they are not used"
