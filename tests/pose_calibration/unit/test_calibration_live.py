@@ -48,6 +48,21 @@ def test_the_first_solution_comes_once_the_motion_suffices_and_is_refined_until_
     assert errors[1] < 0.2
 
 
+def test_after_a_death_what_had_been_found_is_used_until_the_new_calibration_is_final():
+    calibration = LiveCalibration(
+        LiveCalibrationParameters(
+            minimum_duration=2.0, collect_duration=10.0, enough_rotation_stddev=0.0005
+        ),
+        known=extrinsics_from_map(POSES),
+    )
+    calibration.restart(until_final=True)
+    assert calibration.status.startswith("calibrated")
+    (given,) = feed(calibration, samples(duration_s=15.0, noise=0.02))
+    assert given[0] == pytest.approx(10.0, abs=0.5)
+    assert calibration.counts["solutions"] > 1
+    assert calibration.state is CalibrationState.REFINED
+
+
 def test_a_calibration_that_is_good_enough_ends_by_itself():
     calibration = LiveCalibration(
         LiveCalibrationParameters(enough_rotation_stddev=0.02, enough_position_stddev=0.1)

@@ -53,6 +53,7 @@ class LiveCalibration:
         self.parameters = parameters
         self.extrinsics = known
         self.state = CalibrationState.COLLECTING if known is None else CalibrationState.LOADED
+        self._awaits_final = False  # whether no solution before the last one is used
         self.selector = CalibrationPerson(parameters.sensors, parameters.person)
         self._counters = Counters(*COUNTERS, "moves_noticed", "frames_repeated")
         self._repeated = RepeatedFrames()
@@ -62,9 +63,15 @@ class LiveCalibration:
         if known is not None:
             self._watch(known)
 
-    def restart(self) -> None:
-        """Drop all samples and estimate a new calibration; the old one is valid until then."""
-        self.state = CalibrationState.COLLECTING
+    def restart(self, *, until_final: bool = False) -> None:
+        """Drop all samples and estimate a new calibration; the old one is valid until then.
+
+        Args:
+            until_final: Whether it is valid until the new one is final, since the first solutions
+                may be worse: it had been refined before.
+        """
+        self.state = CalibrationState.CALIBRATED if until_final else CalibrationState.COLLECTING
+        self._awaits_final = until_final
         self.selector.restart()
         self._begin()
 
@@ -170,7 +177,7 @@ class LiveCalibration:
             self._monitor(sample)
             return None
         found = self.collection.add(sample)
-        if found is None:
+        if found is None or (self._awaits_final and not self.collection.is_complete):
             return None
         self.extrinsics = found
         self.state = CalibrationState.CALIBRATED

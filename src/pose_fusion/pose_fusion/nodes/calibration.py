@@ -76,7 +76,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
                 kept = load_extrinsics_of(self._kept, parameters.sensors)
         self.calibration = LiveCalibration(parameters, known or kept)
         if kept is not None and kept.body is None:  # not the final solution, which has a body
-            self.calibration.restart()  # these are used until better ones are found
+            self.calibration.restart(until_final=True)
         self.changes["person"] = self.calibration.selector.choose_by
         self._counters = Counters(
             "malformed_frames",
