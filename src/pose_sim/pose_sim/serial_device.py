@@ -6,6 +6,7 @@ Like a UART it has no flow control: bytes that are not read in time are lost and
 import errno
 import fcntl
 import os
+import re
 import struct
 import termios
 import time
@@ -20,7 +21,13 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_io.arrays import IntArray
+from pose_sim import uart
 
+INPUT_SPEED = 4  # index into the result of tcgetattr
+SPEEDS = {
+    code: int(name[1:]) for name, code in vars(termios).items() if re.fullmatch(r"B[1-9]\d+", name)
+}
+"""[bit/s] by the terminal's code for it."""
 BATCH_NS = 4_000_000  # [ns] frames due within this are sent together, after the last of them
 NAP_S = 0.1  # [s] largest delay until a request to stop is handled
 SETTLE_S = 0.03  # [s] until written bytes are available to the reader
@@ -78,6 +85,8 @@ class PseudoTerminal:
 
     Args:
         link: Symbolic link to create. A link of an earlier device is replaced.
+        baudrate: Speed of the device [bit/s]: at another speed the reader receives the bytes that
+            its UART would decode. None accepts any speed.
 
     Attributes:
         counters: ``bytes_written``, and ``bytes_unread``: lost because they were not read in time.
@@ -86,7 +95,8 @@ class PseudoTerminal:
         InputError: If another file is at the link's path, or the link cannot be created.
     """
 
-    def __init__(self, link: Path) -> None:
+    def __init__(self, link: Path, baudrate: int | None = None) -> None:
+        self._baudrate = baudrate
         self.counters = Counters("bytes_written", "bytes_unread")
         self.link = link
         stale = link.is_symlink() and str(os.readlink(link)).startswith("/dev/pts/")
@@ -108,6 +118,9 @@ class PseudoTerminal:
     def write(self, data: bytes) -> None:
         """Send bytes; those beyond the terminal's buffer are lost."""
         written = 0
+        if self._baudrate is not None:
+            reader = SPEEDS.get(termios.tcgetattr(self._slave)[INPUT_SPEED], self._baudrate)
+            data = uart.received(data, self._baudrate, reader)
         try:
             written = os.write(self._master, data)
         except BlockingIOError:

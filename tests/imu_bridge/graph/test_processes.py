@@ -13,7 +13,6 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
-from uart_receiver import received
 
 from imu_bridge.protocols.star import RawSample, encode
 from pose_core.joints import SEGMENTS
@@ -157,8 +156,8 @@ class WitMotionSensors:
 
     def __init__(self, folder: Path, count: int) -> None:
         self.links = [folder / f"wit_{segment}" for segment in SEGMENTS[:count]]
-        self.terminals = [PseudoTerminal(link) for link in self.links]
-        self.data = packets(acceleration=[0, 0, 9.8], angular_velocity=[0, 0, 0])
+        self.terminals = [PseudoTerminal(link, 115200) for link in self.links]
+        self._data = packets(acceleration=[0, 0, 9.8], angular_velocity=[0, 0, 0])
 
     def nodes(self, baudrate: int = 115200) -> dict:
         entry = {"protocol": "witmotion", "baudrate": baudrate}
@@ -167,7 +166,7 @@ class WitMotionSensors:
 
     def send_round(self) -> None:
         for terminal in self.terminals:
-            terminal.write(self.data)
+            terminal.write(self._data)
 
     def send_round_once_read(self) -> None:
         """Send when there is room: what a terminal cannot hold is lost."""
@@ -221,7 +220,6 @@ def test_another_speed_than_the_sensors_is_named_with_those_to_try(
     start_process, ros_context, spin_until, sensors, tmp_path
 ):
     watch, devices = Watch(ros_context), sensors(1)
-    devices.data = received(devices.data, sent_baud=115200, read_baud=9600)
     nodes = write_nodes(tmp_path, devices.nodes(baudrate=9600))
     bridge = start_process(command("none", nodes_file=nodes))
 
@@ -252,7 +250,7 @@ def test_one_of_two_sensors_unplugged_leaves_the_other_and_comes_back(
     spin_until(lambda: f"{other}: the port was lost" in watch.message, what="the loss")
     watch.samples.clear()
     spin_until(samples_arrive, what="the other sensor's samples")
-    devices.terminals.insert(1 - torso, PseudoTerminal(other))
+    devices.terminals.insert(1 - torso, PseudoTerminal(other, 115200))
     spin_until(lambda: watch.values[f"{other}.port"] == "open", what="the port again")
     assert watch.values[f"{other}.port_losses"] == "1"
     assert bridge.stop() == 0

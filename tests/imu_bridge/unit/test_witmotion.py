@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from uart_receiver import received
 
 from imu_bridge.protocols.witmotion import WitMotionParser
+from pose_sim.uart import received
 from pose_sim.witmotion_device import packets
 
 ALL = (0x50, 0x51, 0x52, 0x53, 0x54, 0x59)

@@ -82,7 +82,10 @@ def run() -> int:
         for segment, (due_ns, pieces) in port_streams(arguments.device, frames).items()
     }
     with ExitStack() as stack:
-        terminals = [stack.enter_context(PseudoTerminal(link)) for link in transmissions]
+        terminals = [
+            stack.enter_context(PseudoTerminal(link, BAUDRATES[arguments.device]))
+            for link in transmissions
+        ]
         if arguments.nodes_file is not None:
             _write_nodes_file(arguments)
         start_ns = time.time_ns() if arguments.start_at is None else arguments.start_at

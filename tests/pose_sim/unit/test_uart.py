@@ -1,7 +1,8 @@
 """Bytes received by a UART at another speed."""
 
 import numpy as np
-from uart_receiver import received
+
+from pose_sim.uart import received
 
 
 def test_the_right_speed_changes_nothing():
