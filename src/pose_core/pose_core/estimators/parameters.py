@@ -44,7 +44,8 @@ class PipelineParameters:
         1.0,
         unit="s",
         limits=(0.1, 60.0),
-        doc="silence of all sensors after which the default estimator restarts",
+        doc="silence of all sensors after which the default estimator restarts, and of the cameras"
+        " after which few IMUs give no pose",
     )
     tracker_delay: float = parameter(
         0.0,
