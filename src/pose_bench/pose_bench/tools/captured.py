@@ -1,4 +1,4 @@
-"""``./pose bench captured``: every method on captured people before simulated sensors."""
+"""``./pose bench captured``: every method on captured motion with simulated sensors."""
 
 import argparse
 import math
@@ -23,7 +23,7 @@ from pose_node.command_line import add_flag, add_option
 from pose_sim.captured.imus import ImuModel
 from pose_sim.captured.session import CapturedSpec
 
-SUMMARY = "how accurate the estimators are on captured people before simulated sensors"
+SUMMARY = "how accurate the estimators are on captured motion with simulated sensors"
 SEED = 101
 MAX_JOBS = 2
 MIN_RATE = 10.0  # [Hz] below which no IMU is used
@@ -38,12 +38,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what.add_argument(
         "--methods", nargs="+", choices=[method.name for method in METHODS], help="(default: all)"
     )
-    add_flag(what, "--imu-sets", "the default estimator with 1 to 15 IMUs instead")
-    add_flag(what, "--ablation", "the default estimator without one of its parts each instead")
+    add_flag(what, "--imu-sets", "instead: the default estimator with 0 to 15 IMUs")
+    add_flag(what, "--ablation", "instead: the default estimator, each time without one part")
     parser.add_argument(
         "--sessions", type=int, metavar="N", help="N of the sessions, evenly spread (default: all)"
     )
-    swing = "by which the IMUs' headings swing in uneven magnetic fields, standard deviation"
+    swing = "standard deviation of the IMUs' headings in uneven magnetic fields"
     add_option(parser, "--disturbance", 0.0, swing, "DEG")
     rates = "rate of the IMUs; several alternate from segment to segment"
     add_list(parser, "--imu-rates", ImuModel().rates, rates, "HZ")

@@ -1,4 +1,8 @@
-"""``default``: the filter of :mod:`pose_core.filter`, updated with each sensor's frame."""
+"""``default``: the filter of :mod:`pose_core.filter`, updated with each sensor's frame.
+
+This module decides what happens with a frame: predict to it and update, go back for a late one,
+start or restart the filter. The arithmetic is in :mod:`pose_core.filter.step`.
+"""
 
 from collections.abc import Sequence
 from typing import ClassVar

@@ -1,6 +1,6 @@
-"""A pose for each of several people: one :class:`Pipeline` a person, live and offline alike.
+"""Poses of several people: one :class:`Pipeline` for each person, live and offline alike.
 
-Frames go in as the sensors give them, with everybody in them. The subject's estimates are published
+Its input are the sensors' frames with everybody in them. The subject's estimates are published
 under the parameter ``subject``, everybody else's as ``person_<number>``; a number is never used
 again for another person.
 """

@@ -1,6 +1,6 @@
-"""``./pose calibrate imu [IN_BAG] -o FILE``: sensor-to-segment alignment of IMUs, from motion.
+"""Estimate how each IMU sits on its segment, from motion; with the running sensors or on a bag.
 
-With the running sensors, or on a bag. It runs the fusion until the alignments are certain enough.
+The fusion runs until the sensor-to-segment alignments are certain enough.
 """
 
 import argparse
@@ -38,8 +38,7 @@ def make_parser() -> argparse.ArgumentParser:
         "--output",
         type=Path,
         required=True,
-        help="the session's YAML: of a calibration that exists, where the Kinects are is read and "
-        "kept; else it is made",
+        help="the session's YAML; if it exists, its poses of the Kinects are used and kept",
     )
     add_option(parser, "--timeout", 180.0, "give up after so long [s]")
     add_flag(parser, "--keep-going", "save the other sensors although some are at fault")

@@ -1,4 +1,4 @@
-"""``./pose calibrate live -o FILE``: calibration while a person walks before the sensors."""
+"""Calibrate the running sensors while a person walks about in view of them."""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""``./pose doctor``: faults of the machine, the graph and the devices, with remedies."""
+"""Check the machine, the running graph and the devices, or a bag, and say what to do."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""``./pose fuse IN_BAG OUT_BAG``: what the fusion node does, on a recorded bag, at full speed."""
+"""Fuse a recorded bag with the code of the fusion node, as fast as the machine allows."""
 
 import argparse
 import gc
@@ -41,7 +41,11 @@ from pose_node.plain_console import add_share, progress_bar, waiting_bar
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(prog="pose fuse", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="pose fuse",
+        description=__doc__,
+        epilog="Without --sensors, all sensors of the bag are used.",
+    )
     parser.add_argument("in_bag", type=Path, help="a bag, a recording, or a folder of either")
     parser.add_argument("out_bag", type=Path, help="the bag to make; of many, their folder")
     parser.add_argument("--params", type=Path, help="ROS parameter file, section 'fusion'")

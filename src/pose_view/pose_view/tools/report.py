@@ -67,11 +67,11 @@ def make_parser() -> argparse.ArgumentParser:
         type=float,
         default=0.0,
         metavar="S",
-        help="begin of the stretch to report, after the first frame [s]; what comes before is "
+        help="start of the evaluated part, after the first frame [s]; what comes before is "
         "still filtered",
     )
     parser.add_argument(
-        "--until", type=float, default=float("inf"), metavar="S", help="end of that stretch [s]"
+        "--until", type=float, default=float("inf"), metavar="S", help="end of that part [s]"
     )
     whom = "first, nearest (to the first sensor), imus (who wears them), or a sensor's id"
     add_option(parser, "--person", "first", f"whom to report on: {whom}")
