@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.api import Clocks, ImuBlock, SensorFrame, StampCheck
 from pose_core.counters import Counters
@@ -84,19 +85,25 @@ class SampleReader:
             self.stages.note_taken(persons[0].stamp_ns, times.published_ns, times.taken_ns)
         return tuple(persons)
 
-    def imus(self, datas: Mapping[str, Sequence[bytes]], now_ns: int, clocks: Clocks) -> ImuBlock:
+    def imus(
+        self,
+        datas: Mapping[str, Sequence[bytes]],
+        arrivals_ns: int | NDArray[np.int64],
+        clocks: Clocks,
+    ) -> ImuBlock:
         """The IMUs' samples, in the order of their stamps.
 
         Args:
             datas: Serialised messages by segment.
-            now_ns: The host's clock [ns].
+            arrivals_ns: Times of arrival of all messages, in their order, or one for all [ns].
             clocks: Clocks that correct the stamps afterwards.
         """
-        block = _oriented(datas, self.counters)
+        block, kept = _oriented(datas, self.counters)
         known = {block.segments[imu] for imu in set(block.imu.tolist())}
         self.oriented |= {s: s in known or self.oriented.get(s, False) for s in datas}
         if self.check is not None:
-            block = self.check.imus(block, arrival_ns=now_ns, clocks=clocks)
+            every = np.broadcast_to(np.int64(arrivals_ns), sum(map(len, datas.values())))
+            block = self.check.imus(block, every[kept], clocks)
         return _in_order(block)
 
 
@@ -105,13 +112,16 @@ def read_imus(datas: Mapping[str, Sequence[bytes]], counters: Counters) -> ImuBl
 
     Messages without an orientation are counted and left out.
     """
-    return _in_order(_oriented(datas, counters))
+    return _in_order(_oriented(datas, counters)[0])
 
 
-def _oriented(datas: Mapping[str, Sequence[bytes]], counters: Counters) -> ImuBlock:
+def _oriented(
+    datas: Mapping[str, Sequence[bytes]], counters: Counters
+) -> tuple[ImuBlock, NDArray[np.intp]]:
+    """The samples, and the indices of their messages."""
     block, kept = imu_block(datas)
     counters.add("imu_without_orientation", sum(map(len, datas.values())) - len(kept))
-    return block
+    return block, kept
 
 
 def _in_order(block: ImuBlock) -> ImuBlock:

@@ -143,7 +143,8 @@ def test_an_imu_without_orientation_or_plausible_stamps_is_not_called_silent():
     assert "no samples" not in message
     assert "have no orientation" in message
     for sample in 10 * list({sample.segment: sample for sample in imus}.values()):
-        reader.check.imus(block_of(replace(sample, stamp_ns=0)), sample.stamp_ns, {})
+        arrivals_ns = np.array([sample.stamp_ns])
+        reader.check.imus(block_of(replace(sample, stamp_ns=0)), arrivals_ns, {})
     reporter.check()
     message = reporter.report((), {}, {}).message
     assert "no samples" not in message

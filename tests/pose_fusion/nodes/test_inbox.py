@@ -1,5 +1,7 @@
 """Messages that wait until they are read, and those that a full queue has dropped."""
 
+import time
+
 import pytest
 from std_msgs.msg import String
 
@@ -80,3 +82,14 @@ def test_a_publisher_that_has_left_makes_no_losses(inbox, publisher, ros_context
 
     read = receive(inbox, publisher, spin_until, 50)
     assert inbox.take_lost() == {"one": 50 - read}
+
+
+def test_the_time_of_reception_is_not_that_of_reading(inbox, publisher, spin_until):
+    receive(inbox, publisher, spin_until, 1)
+    before_ns = time.time_ns()
+    publisher.publish(String(data="waits"))
+    time.sleep(0.2)
+    after_ns = time.time_ns()
+    datas, received_ns = inbox.take_received(after_ns)
+    assert len(datas["one"]) == len(received_ns) == 1
+    assert before_ns < received_ns[0] < after_ns

@@ -52,3 +52,12 @@ def test_stamps_are_judged_in_the_order_of_arrival():
     assert counters["imu_without_orientation"] == 0
     block = SampleReader(["left"], None, counters).imus(datas, S + 40 * MS, {})
     assert block.stamps_ns.tolist() == [S + 10 * MS, S + 20 * MS, S + 30 * MS]
+
+
+def test_samples_that_waited_in_the_queue_are_not_late():
+    stamps_ns = S + 10 * MS * np.arange(100)
+    reader = SampleReader(["left"], StampCheck(), Counters(*COUNTS))
+    mute = imu(S, quaternion=np.zeros(4))
+    block = reader.imus({"torso": [mute, *map(imu, stamps_ns)]}, np.append(S, stamps_ns + MS), {})
+    assert block.stamps_ns.tolist() == stamps_ns.tolist()
+    assert not reader.check.excluded

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
@@ -109,8 +110,14 @@ class StampCheck:
         offset_ns = source.offset_ns
         return replace(sample, stamp_ns=sample.stamp_ns + offset_ns) if offset_ns else sample
 
-    def imus(self, block: ImuBlock, arrival_ns: int, clocks: Clocks) -> ImuBlock:
-        """IMU samples with their stamps corrected; see :meth:`skeleton`."""
+    def imus(self, block: ImuBlock, arrivals_ns: NDArray[np.int64], clocks: Clocks) -> ImuBlock:
+        """IMU samples with their stamps corrected; see :meth:`skeleton`.
+
+        Args:
+            block: The samples.
+            arrivals_ns: Their times of arrival (n,) [ns], on the host's clock.
+            clocks: Clocks that correct the stamps afterwards.
+        """
         on_reference_ns = block_on_reference_clock(block, clocks).stamps_ns
         sources = [self._source(f"{IMUS}/{name}", IMU_RATE, IMU_LAG_NS) for name in block.segments]
         changes_ns = on_reference_ns - block.stamps_ns
@@ -120,7 +127,9 @@ class StampCheck:
             _follow_clock(sources[index], change_ns)
         is_used = [
             self._judge(sources[index], stamp_ns, arrival_ns)
-            for index, stamp_ns in zip(block.imu.tolist(), on_reference_ns.tolist(), strict=True)
+            for index, stamp_ns, arrival_ns in zip(
+                block.imu.tolist(), on_reference_ns.tolist(), arrivals_ns.tolist(), strict=True
+            )
         ]
         offsets_ns = np.array([source.offset_ns for source in sources], np.int64)
         block = replace(block, stamps_ns=block.stamps_ns + offsets_ns[block.imu])

@@ -207,10 +207,12 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._publish_shapes()
 
     def _take_imus(self) -> None:
-        datas = self._imus.take()
+        clock = self.get_clock()
+        now_ns = clock.now().nanoseconds
+        datas, received_ns = self._imus.take_received(now_ns)
         if datas:
-            now_ns = self.get_clock().now().nanoseconds
-            block = self._reader.imus(datas, now_ns, self.pipeline.clocks)
+            arrivals_ns = now_ns if clock.ros_time_is_active else received_ns
+            block = self._reader.imus(datas, arrivals_ns, self.pipeline.clocks)
             if len(block):
                 self.pipeline.add(block)
 

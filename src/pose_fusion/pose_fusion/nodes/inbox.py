@@ -8,6 +8,8 @@ messages here are read all at once, when a frame needs them.
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -106,8 +108,19 @@ class Inbox:
 
     def take(self) -> dict[str, list[bytes]]:
         """All messages since the last call, by the caller's names; without silent topics."""
+        return self.take_received(0)[0]
+
+    def take_received(self, now_ns: int) -> tuple[dict[str, list[bytes]], NDArray[np.int64]]:
+        """All messages since the last call, and when each was received (n,) [ns].
+
+        Args:
+            now_ns: Of messages whose time of reception is unknown.
+        """
         taken = {name: queue.take() for name, queue in self.queues.items()}
-        return {name: [data for data, _ in entries] for name, entries in taken.items() if entries}
+        datas = {name: [data for data, _ in entries] for name, entries in taken.items() if entries}
+        infos = [info for entries in taken.values() for _, info in entries]
+        received = [info.get("received_timestamp") or now_ns for info in infos]
+        return datas, np.array(received, np.int64)
 
     @property
     def unheard(self) -> list[str]:
