@@ -179,6 +179,7 @@ class ClockTracker:
         return offset
 
     def _measure_imus(self, begin_ns: int, imus: ImuMemory) -> None:
+        """Measure the IMUs' common clock, and once a window those of single IMUs against it."""
         views = views_on_reference_clock(self._extrinsics, self.clocks, self._samples, begin_ns)
         if not any(len(track.stamps) > 1 for track in views.tracks):
             return
@@ -198,26 +199,34 @@ class ClockTracker:
             self.clocks[IMUS] = clock
         else:
             self.clocks.pop(IMUS, None)
-        if self._due_ns < self._single_due_ns:
-            return
-        self._single_due_ns = self._due_ns + WINDOW_NS
-        # The clocks of single IMUs that differ from the common one.
-        ahead = imus_ahead(views, verticals, offset.offset_s - TRACKER_DELAY_S)
-        apart = clearly_apart(ahead, as_worn(imus.leads_s, exchanged))
-        for segment, one in ahead.items():
-            source = ONE_IMU + exchanged.get(segment, segment)
-            nearest_s = min(NEAR_S, abs(one.estimate_s))  # nearer to the known one than to zero
-            is_known = source in self.clocks
-            if not is_known or abs(one.estimate_s - self._known_s(source)) >= nearest_s:
-                self.clocks.pop(source, None)
-                self._offsets.pop(source, None)
-                outliers = self._outliers.get(source, 0) + 1
-                self._outliers[source] = outliers if segment in apart else 0
-                if self._outliers[source] < OUTLIERS_OF_STEP:
-                    continue
-            stddev_s = one.stddev_s
-            own = replace(offset, offset_s=one.estimate_s, noise_s=stddev_s, stddev_s=stddev_s)
-            self.clocks[source] = self._clock(source, own, begin_ns, TRACKER_LAG_STDDEV_S)
+        if self._due_ns >= self._single_due_ns:
+            self._single_due_ns = self._due_ns + WINDOW_NS
+            ahead = imus_ahead(views, verticals, offset.offset_s - TRACKER_DELAY_S)
+            apart = clearly_apart(ahead, as_worn(imus.leads_s, exchanged))
+            for segment, one in ahead.items():
+                source = ONE_IMU + exchanged.get(segment, segment)
+                if self._is_own_clock(source, one.estimate_s, is_apart=segment in apart):
+                    noise_s = one.stddev_s
+                    own = replace(
+                        offset, offset_s=one.estimate_s, noise_s=noise_s, stddev_s=noise_s
+                    )
+                    self.clocks[source] = self._clock(source, own, begin_ns, TRACKER_LAG_STDDEV_S)
+
+    def _is_own_clock(self, source: str, ahead_s: float, *, is_apart: bool) -> bool:
+        """Whether a single IMU has a clock of its own, as before or as measured twice.
+
+        Args:
+            source: The IMU.
+            ahead_s: By how much its clock is ahead of the common one [s].
+            is_apart: Whether it is clearly off.
+        """
+        nearest_s = min(NEAR_S, abs(ahead_s))  # nearer to the known one than to zero
+        if source in self.clocks and abs(ahead_s - self._known_s(source)) < nearest_s:
+            return True
+        self.clocks.pop(source, None)
+        self._offsets.pop(source, None)
+        self._outliers[source] = self._outliers.get(source, 0) + 1 if is_apart else 0
+        return self._outliers[source] >= OUTLIERS_OF_STEP
 
     def _clock(
         self, name: str, offset: MeasuredOffset, begin_ns: int, systematic_s: float
