@@ -25,11 +25,19 @@ def checked(type_specialised):
 
     def decorate(kernel):
         call, settled_for = type_specialised(kernel), None
-        sound = set()
+        sound, parameters = set(), {}
+
+        def layout_at(place: int, argument: Any) -> Any:
+            """Its layout; found once of a tuple that is the same object in the next call."""
+            if not isinstance(argument, tuple):
+                return layout(argument)
+            if place not in parameters or parameters[place][0] is not argument:
+                parameters[place] = argument, layout(argument)
+            return parameters[place][1]
 
         def look(*arguments: Any) -> Any:
             nonlocal settled_for
-            seen = layout(arguments)
+            seen = tuple(map(layout_at, range(len(arguments)), arguments))
             if seen not in sound:
                 types = tuple(map(numba.typeof, arguments))
                 if settled_for is None:

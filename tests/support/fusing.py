@@ -1,6 +1,6 @@
 """Samples through the pipeline, as a live node or a tool feeds it."""
 
-from pose_core.streams.samples import ImuSample, block_of, joined
+from pose_core.streams.samples import ImuSample, joined
 
 
 def blocks_between_frames(samples):
@@ -8,7 +8,7 @@ def blocks_between_frames(samples):
     since_frame = []
     for sample in samples:
         if isinstance(sample, ImuSample):
-            since_frame.append(block_of(sample))
+            since_frame.append(sample)
             continue
         if since_frame:
             yield joined(since_frame)

@@ -29,7 +29,6 @@ from pose_core.api import (
 from pose_core.errors import PoseError
 from pose_core.estimators.default import DefaultEstimator
 from pose_core.filter.tuning import FilterTuning
-from pose_core.streams.samples import block_of
 from pose_evaluation.offline import MethodRun, MethodSetup, run_pipeline, tracked_series
 from pose_evaluation.scores import MethodScores, score_method
 from pose_evaluation.uncertainty import mean_coverage, uncertainty_coverage
@@ -123,10 +122,7 @@ def known_extrinsics(session: CapturedSession, *, imus: bool) -> Extrinsics | Po
         session: The session.
         imus: Whether the calibration uses the IMUs.
     """
-    samples = [
-        block_of(each) if isinstance(each, ImuSample) else each
-        for each in session.samples(imus=imus)
-    ]
+    samples = session.samples(imus=imus)
     if session.spec.condition == KNOWN:
         skeletons = [each for each in samples if isinstance(each, SkeletonSample)]
         return replace(true_extrinsics(session), body=measure_body(skeletons))

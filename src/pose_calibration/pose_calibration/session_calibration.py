@@ -37,7 +37,6 @@ from pose_core.api import (
     SkeletonSample,
     TimeAligner,
     TrackingState,
-    block_of,
     joined,
     on_reference_clock,
 )
@@ -260,15 +259,15 @@ def _sorted(
 ) -> tuple[dict[str, list[SkeletonSample]], ImuMemory]:
     """The samples by sensor, stamps ascending, and the IMUs' orientations."""
     by_sensor: dict[str, list[SkeletonSample]] = {name: [] for name in sensors}
-    blocks: list[ImuBlock] = []
+    imus: list[ImuSample | ImuBlock] = []
     for sample in samples:
         if not isinstance(sample, SkeletonSample):
-            blocks.append(block_of(sample) if isinstance(sample, ImuSample) else sample)
+            imus.append(sample)
         elif sample.sensor in by_sensor:
             by_sensor[sample.sensor].append(sample)
     memory = ImuMemory()
-    for first in range(0, len(blocks), TOGETHER):
-        memory.add(joined(blocks[first : first + TOGETHER]))
+    for first in range(0, len(imus), TOGETHER):
+        memory.add(joined(imus[first : first + TOGETHER]))
     for name, ones in by_sensor.items():
         ones.sort(key=lambda one: one.stamp_ns)
         if not ones:

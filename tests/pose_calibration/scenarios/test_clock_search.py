@@ -17,7 +17,7 @@ from pose_calibration.session_calibration import calibrate
 from pose_core.joints import other_side
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.clocks import IMUS, ONE_IMU
-from pose_core.streams.samples import ImuBlock, ImuSample, block_of, joined
+from pose_core.streams.samples import ImuBlock, ImuSample, joined
 
 STEADY = {"kinect": {"inertia": 0.0, "lag": 0.0}}  # trackers that follow all joints alike
 
@@ -118,7 +118,7 @@ def findings(offset_s, overrides="steady", single=None):
     """Findings with the IMUs' clock ahead, and single ones' by as much more, by segment."""
     one = session("dance", 3, 0.0, overrides, imus=True)
     memory = ImuMemory()
-    block = joined([block_of(sample) for sample in one.imus])
+    block = joined(one.imus)
     ahead_s = [offset_s + (single or {}).get(name, 0.0) for name in block.segments]
     ahead_ns = np.rint(np.array(ahead_s) * 1e9).astype(np.int64)
     memory.add(replace(block, stamps_ns=block.stamps_ns + ahead_ns[block.imu]))
@@ -147,7 +147,7 @@ def test_exchanged_legs_that_step_evenly_do_not_shift_the_clock(segment, offset_
     one = session("leg_lift_march", 3, 0.0, "steady", imus=True)
     other = other_side(segment)
     legs = ("left_thigh", "right_thigh", "left_shank", "right_shank")
-    worn = [block_of(sample) for sample in one.imus if sample.segment in legs]
+    worn = [sample for sample in one.imus if sample.segment in legs]
     block = joined(worn)
     exchanged = {segment: other, other: segment}
     memory = ImuMemory()
@@ -228,7 +228,7 @@ def test_in_a_recording_clocks_that_are_seconds_apart_are_found(offset_s):
     one = session("dance", 3, 0.0, imus=True)
     offset_ns = round(offset_s * 1e9)
     right = delayed(of(one.skeletons, "right"), offset_ns)
-    imus = [block_of(sample) for sample in delayed(one.imus, -offset_ns)]
+    imus = delayed(one.imus, -offset_ns)
 
     found = calibrate([*of(one.skeletons, "left"), *right, *imus], ("left", "right")).extrinsics
 
@@ -247,11 +247,7 @@ def test_imus_whose_orientations_are_refused_give_no_clock_and_no_vertical(way):
     one = session("dance", 3, 0.0, imus=True)
     turn = {"inverse": [-1, -1, -1, 1], "w x y z": [1, 1, 1, 1]}[way]
     imus = [
-        block_of(
-            replace(
-                each, orientation=np.roll(each.orientation * turn, 1 if way == "w x y z" else 0)
-            )
-        )
+        replace(each, orientation=np.roll(each.orientation * turn, 1 if way == "w x y z" else 0))
         for each in one.imus
     ]
     alone = calibrate(one.skeletons, ("left", "right"))

@@ -13,7 +13,7 @@ from pose_bench.sessions import SessionSpec, bench_session
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.imus.imu_calibration import ImuCalibration
 from pose_calibration.imus.parameters import ImuCalibrationParameters
-from pose_core.streams.samples import ImuSample, block_of, joined
+from pose_core.streams.samples import ImuSample, joined
 from pose_sim.captured.session import make_captured_session
 from pose_sim.session import make_session, settings_of
 
@@ -44,7 +44,7 @@ def calibrated(samples, extrinsics, change=lambda sample: sample, until_s=60.0, 
             break
         if isinstance(sample, ImuSample):
             changed = change(sample)
-            since_frame += [] if changed is None else [block_of(changed)]
+            since_frame += [] if changed is None else [changed]
             continue
         if since_frame:
             calibration.add(joined(since_frame))

@@ -17,7 +17,7 @@ from pose_core.streams.clocks import (
     reference_delay_s,
 )
 from pose_core.streams.recording_order import in_order
-from pose_core.streams.samples import ImuSample, block_of, joined
+from pose_core.streams.samples import ImuSample, joined
 
 DRIFT = 1e-4
 CLOCKS = {
@@ -79,7 +79,7 @@ def test_the_clock_of_a_single_imu_is_relative_to_the_others():
         orientation_stddev=np.full(3, 0.02),
         angular_velocity=np.zeros(3),
     )
-    block = joined([block_of(one), block_of(replace(one, segment="head"))])
+    block = joined([one, replace(one, segment="head")])
     clocks = {IMUS: Clock(offset_ns=5), f"{ONE_IMU}head": Clock(offset_ns=-100_000_000)}
     stamps_ns = block_on_reference_clock(block, clocks).stamps_ns - 10**18
     assert dict(zip(block.segments, stamps_ns.tolist(), strict=True)) == {

@@ -118,7 +118,7 @@ def test_a_block_of_samples_equals_single_samples():
         for k in range(1200)
     ]
     together = ImuHistory()
-    together.add(joined([block_of(each) for each in samples]))
+    together.add(joined(samples))
     one_by_one = tracks_of(*samples)
     for stamp_ns in (8393 * MS, 8300 * MS, 8400 * MS):
         states, same = one_by_one.at(stamp_ns), together.at(stamp_ns)
@@ -172,7 +172,7 @@ def test_silences_are_named_with_their_times_however_samples_come_in_blocks(per_
     samples = [sample((50_000 + k) * MS, Rotation.identity()) for k in times]
     imus = ImuSet()
     for first in range(0, len(samples), per_block):
-        imus.add(joined([block_of(each) for each in samples[first : first + per_block]]))
+        imus.add(joined(samples[first : first + per_block]))
     segment = samples[0].segment
     assert (
         imus.silence(segment, 50_000 * MS, 62_000 * MS)

@@ -21,7 +21,6 @@ from pose_core.streams.samples import (
     ImuSample,
     SensorFrame,
     SkeletonSample,
-    block_of,
     interleaved,
     joined,
 )
@@ -132,16 +131,16 @@ def in_order(
     """
     order, left = RecordingOrder(clocks), iter(samples)
     while batch := list(islice(left, BATCH)):
-        blocks = [
-            (place, block_of(each) if isinstance(each, ImuSample) else each)
-            for place, each in enumerate(batch)
-            if not isinstance(each, SkeletonSample)
-        ]
-        frames = [
-            (place, [each]) for place, each in enumerate(batch) if isinstance(each, SkeletonSample)
-        ]
-        places = np.repeat([place for place, _ in blocks], [len(block) for _, block in blocks])
-        found = order.add(frames, joined([block for _, block in blocks]), places.astype(np.intp))
+        frames: list[tuple[int, SensorFrame]] = []
+        imus: list[ImuSample | ImuBlock] = []
+        places: list[int] = []
+        for place, each in enumerate(batch):
+            if isinstance(each, SkeletonSample):
+                frames.append((place, [each]))
+            else:
+                imus.append(each)
+                places += [place] * (1 if isinstance(each, ImuSample) else len(each))
+        found = order.add(frames, joined(imus), np.array(places, np.intp))
         yield from _one_by_one(found)
     yield from _one_by_one(order.flush())
     for line in order.left_out:

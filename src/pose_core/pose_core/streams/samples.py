@@ -80,18 +80,17 @@ class ImuBlock:
 
 def block_of(sample: ImuSample) -> ImuBlock:
     """A block of one sample."""
-    return ImuBlock(
-        segments=(sample.segment,),
-        imu=np.zeros(1, np.int64),
-        stamps_ns=np.array([sample.stamp_ns], np.int64),
-        **{name: getattr(sample, name)[None] for name in MEASURED},
-    )
+    return _block_of_all([sample])
 
 
-def joined(blocks: Sequence[ImuBlock]) -> ImuBlock:
-    """Concatenate several blocks."""
-    if not blocks:
+def joined(samples: Sequence[ImuSample | ImuBlock]) -> ImuBlock:
+    """Concatenate samples and blocks of samples."""
+    if not samples:
         return _NO_SAMPLES
+    singles = [each for each in samples if isinstance(each, ImuSample)]
+    if len(singles) == len(samples):
+        return _block_of_all(singles)
+    blocks = [block_of(each) if isinstance(each, ImuSample) else each for each in samples]
     segments = tuple(dict.fromkeys(name for block in blocks for name in block.segments))
     index = {name: i for i, name in enumerate(segments)}
     places = [np.array([index[name] for name in block.segments], np.int64) for block in blocks]
@@ -100,6 +99,17 @@ def joined(blocks: Sequence[ImuBlock]) -> ImuBlock:
         imu=np.concatenate([p[b.imu] for p, b in zip(places, blocks, strict=True)]),
         stamps_ns=np.concatenate([block.stamps_ns for block in blocks]),
         **{name: np.concatenate([getattr(b, name) for b in blocks]) for name in MEASURED},
+    )
+
+
+def _block_of_all(samples: Sequence[ImuSample]) -> ImuBlock:
+    segments = tuple(dict.fromkeys(sample.segment for sample in samples))
+    index = {name: i for i, name in enumerate(segments)}
+    return ImuBlock(
+        segments=segments,
+        imu=np.array([index[sample.segment] for sample in samples], np.int64),
+        stamps_ns=np.array([sample.stamp_ns for sample in samples], np.int64),
+        **{name: np.array([getattr(sample, name) for sample in samples]) for name in MEASURED},
     )
 
 
