@@ -180,9 +180,9 @@ def test_the_reference_s_accelerometer_gives_the_vertical():
     assert floor.up_stddev < np.radians(0.6)
 
 
-def moved_right():
+def moved_right(by=0.05):
     T = RIGHT.copy()
-    T[:3, 3] += 0.0, 0.05, 0.0
+    T[:3, 3] += 0.0, by, 0.0
     return {**POSES, "right": T}
 
 
@@ -203,6 +203,23 @@ def bump(every=1, **parameters):
     later = thinned(samples(duration_s=20.0, poses=moved_right(), seed=1), every)
     feed(calibration, [replace(one, stamp_ns=one.stamp_ns + 15_200_000_000) for one in later])
     return calibration
+
+
+def test_a_sensor_that_is_moved_before_the_calibration_is_final_is_not_averaged_in():
+    calibration = LiveCalibration(LiveCalibrationParameters(enough_rotation_stddev=0.0005))
+    feed(calibration, samples(duration_s=28.0))
+    moved = moved_right(0.25)
+    later = samples(duration_s=40.0, poses=moved, seed=1)
+    later = [replace(one, stamp_ns=one.stamp_ns + 28_200_000_000) for one in later]
+    said = ""
+    for one in later:
+        calibration.add([one])
+        if calibration.status.startswith("collecting again"):
+            said = calibration.status
+    assert "'left' or 'right' has been moved: its view is 2" in said
+    assert calibration.counts["moves_noticed"] == 1
+    found = calibration.extrinsics.T_reference_sensor["right"]
+    assert np.linalg.norm(found[:3, 3] - (inverse(LEFT) @ moved["right"])[:3, 3]) < 0.03
 
 
 def test_a_moved_sensor_is_reported_until_the_next_calibration():

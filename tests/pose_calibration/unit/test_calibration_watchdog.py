@@ -73,12 +73,12 @@ def test_trackers_that_err_with_the_view_are_not_moved_sensors():
 
 def test_a_wrong_calibration_is_reported_too():
     watchdog = Watchdog(extrinsics_from_map(bumped((0.15, 0.0, 0.0))))
-    noticed = [watchdog.add(frame) for frame in frames(duration_s=18.0, noise=0.01)]
+    noticed = [watchdog.add(frame) for frame in frames(duration_s=26.0, noise=0.01)]
     assert any(moved is not None for moved in noticed)
     assert watchdog.displacement["right"] == pytest.approx(0.15, abs=0.02)
 
     turned = Watchdog(extrinsics_from_map(bumped(turn_deg=90.0)))
-    some = frames(duration_s=18.0, noise=0.01, walks=False)
+    some = frames(duration_s=26.0, noise=0.01, walks=False)
     assert any(turned.add(frame) is not None for frame in some)
 
 

@@ -16,6 +16,7 @@ from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.live.guidance import what_is_missing
 from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.api import (
+    AlignedFrame,
     Clocks,
     Extrinsics,
     SkeletonSample,
@@ -87,6 +88,7 @@ class Collection:
             max_wait_s=parameters.max_wait + parameters.max_offset,
         )
         self.calibrator = ExtrinsicsCalibrator(parameters.sensors, parameters)
+        self.frames: deque[AlignedFrame] = deque(maxlen=LONGEST)  # from the stored samples
         corrected = [on_reference_clock(sample, clocks) for sample in self._memory]
         for sample in sorted(corrected, key=attrgetter("stamp_ns")):
             self._add(sample)
@@ -95,6 +97,7 @@ class Collection:
         """Add a sample with its stamp on the reference's clock."""
         for frame in self.aligner.add(sample):
             self.calibrator.add(frame)
+            self.frames.append(frame)
 
     @property
     def waits_for(self) -> str:

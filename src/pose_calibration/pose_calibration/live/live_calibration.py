@@ -9,7 +9,7 @@ from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.live.clock_tracking import ClockTracker
 from pose_calibration.live.collection import COUNTERS, Collection
 from pose_calibration.live.parameters import LiveCalibrationParameters
-from pose_calibration.live.watchdog import Moved, Watchdog
+from pose_calibration.live.watchdog import WRONG_M, Moved, Watchdog
 from pose_calibration.people.calibration_person import CalibrationPerson
 from pose_core.api import (
     Clocks,
@@ -53,6 +53,7 @@ class LiveCalibration:
         self.parameters = parameters
         self.extrinsics = known
         self.state = CalibrationState.COLLECTING if known is None else CalibrationState.LOADED
+        self._moved_meanwhile: Moved | None = None  # before the last solution; it was refused
         self._awaits_final = False  # whether no solution before the last one is used
         self.selector = CalibrationPerson(parameters.sensors, parameters.person)
         self._counters = Counters(*COUNTERS, "moves_noticed", "frames_repeated")
@@ -61,7 +62,7 @@ class LiveCalibration:
         self.imu_memory = ImuMemory(IMU_REACH_NS)
         self._begin()
         if known is not None:
-            self._watch(known)
+            self._watch(known, Watchdog(known))
 
     def restart(self, *, until_final: bool = False) -> None:
         """Drop all samples and estimate a new calibration; the old one is valid until then.
@@ -80,7 +81,7 @@ class LiveCalibration:
         self.restart()
         if self.extrinsics is not None:
             self.state = CalibrationState.LOADED
-            self._watch(self.extrinsics)
+            self._watch(self.extrinsics, Watchdog(self.extrinsics))
 
     def _begin(self) -> None:
         self.collection = Collection(
@@ -141,6 +142,8 @@ class LiveCalibration:
         if self.state is CalibrationState.COLLECTING:
             if self.selector.is_waiting:
                 return "collecting: several people are detected, searching one whose views agree"
+            if self._moved_meanwhile is not None:
+                return f"collecting again, {self._moved_meanwhile}; {self.missing}"
             return f"collecting: {self.missing}"
         residuals = {} if self.extrinsics is None else self.extrinsics.residuals
         reached = [
@@ -177,21 +180,38 @@ class LiveCalibration:
             self._monitor(sample)
             return None
         found = self.collection.add(sample)
-        if found is None or (self._awaits_final and not self.collection.is_complete):
+        if found is None:
             return None
-        self.extrinsics = found
+        watchdog = Watchdog(found)
+        if self.parameters.watch:
+            noticed = [moved for moved in map(watchdog.add, self.collection.frames) if moved]
+            if noticed and noticed[-1].distance > WRONG_M:
+                self._restart_after(noticed[-1])
+                return None
+            if noticed:  # too small to be certain of while the poses are not
+                watchdog = Watchdog(found)
+        if self._awaits_final and not self.collection.is_complete:
+            return None
+        self.extrinsics, self._moved_meanwhile = found, None
         self.state = CalibrationState.CALIBRATED
         if self.collection.is_complete:
             self.state = CalibrationState.REFINED
-            self._watch(found)
+            self._watch(found, watchdog)
         return found
 
-    def _watch(self, extrinsics: Extrinsics) -> None:
+    def _restart_after(self, moved: Moved) -> None:
+        """Restart since a sensor was moved: no poses fit the samples before and after it."""
+        self._counters.add("moves_noticed")
+        self.restart()
+        self._moved_meanwhile = moved
+
+    def _watch(self, extrinsics: Extrinsics, watchdog: Watchdog) -> None:
+        """Monitor from now on; the watchdog may know the frames of the calibration."""
         self.collection.use_clocks(extrinsics.clocks)
         self.selector.use_extrinsics(extrinsics)
         if self.parameters.watch:
             clock_tracker = ClockTracker(extrinsics, self.parameters.max_offset)
-            self._monitors = clock_tracker, Watchdog(extrinsics)
+            self._monitors = clock_tracker, watchdog
             self._new_clocks = None
 
     def _monitor(self, sample: SkeletonSample) -> None:
@@ -204,8 +224,8 @@ class LiveCalibration:
             self._new_clocks = dict(clocks)
             self.extrinsics = replace(self.extrinsics, clocks=self._new_clocks)
         frames = self.collection.aligner.add(on_reference_clock(sample, self.extrinsics.clocks))
-        noticed = [watchdog.add(frame) for frame in frames]
-        if any(noticed):
+        noticed = [moved for moved in map(watchdog.add, frames) if moved]
+        if noticed and self.parameters.recalibrate_when_moved:
+            self._restart_after(noticed[-1])
+        elif noticed:
             self._counters.add("moves_noticed")
-            if self.parameters.recalibrate_when_moved:
-                self.restart()

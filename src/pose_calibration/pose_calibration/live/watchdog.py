@@ -2,10 +2,9 @@
 
 Every second, the displacement of each sensor's view from the others' is computed: the median over
 all joints. It does not depend on where a person stands or walks. When a tripod is moved, its view
-has a lasting step: the camera's translation, or its rotation times the distance. The mean of the
-last four seconds is compared with earlier such means. On recordings of persons who walk before two
-Kinects this detects two to four times as many steps of 2 cm or 1 degree as single seconds do, with
-fewer false alarms.
+has a lasting step: the camera's translation, or its rotation times the distance. After each second,
+the last forty are split in two at each instant. A step between the medians of both parts was a
+motion if it is eight times its standard deviation, by the scatter within both parts.
 
 Once the views have agreed, only instants at which they are of one person count: near one another,
 their postures agree; farther apart, no sensor's id of the person is a new one, or they have been
@@ -26,16 +25,16 @@ from pose_core.stamps import NS_PER_S
 
 BLOCK_NS = NS_PER_S
 MIN_FRAMES = 8  # [-] in a block
-BASELINE_BLOCKS = 30  # [-] with which the newest ones are compared
-MIN_BASELINE = 12  # [-] before anything is reported
-NEWEST_BLOCKS = 4  # [-] that must agree
-MIN_SHARE = 0.5  # [-] of their mean step, required of every one
-MOVED_M = 0.012  # [m] smallest mean step that is reported: 2 cm, less its noise
+BLOCKS = 40  # [-] that are kept
+MIN_BEFORE, MIN_AFTER = 12, 4  # [-] blocks before and after a motion
+CERTAIN = 8.0  # [-] smallest step in its standard deviations
+MOST = 0.75  # [-] of the blocks after it have half of it or more
+STDDEV_M = 0.001  # [m] added to its standard deviation
+MOVED_M = 0.012  # [m] smallest step that is reported: 2 cm, less its noise
 MOVED_SINCE_M = 0.03  # [m] the same, compared with a baseline that may be of another person
 ABSENT_NS = 2 * NS_PER_S  # [ns] after which somebody in view may be another person
-DEVIATIONS = 6.0  # [-] smallest step in standard deviations of earlier means
 WRONG_M = 0.08  # [m] displacement of a whole baseline: the calibration was wrong from the start
-AGREES = 0.5  # [-] of the smallest step that is reported, below which the views agree again
+AGREES = 0.5  # [-] of the reported step, below which the views agree again
 POSTURE_M = 0.2  # [m] median joint's distance, less the displacement, between different postures
 NEAR_M = 0.35  # [m] displacement from which on views with new ids may be of different people
 APART_NS = 30 * NS_PER_S  # [ns] after which such views are believed to be of one person
@@ -63,8 +62,8 @@ class Watchdog:
         self._sensors = extrinsics.sensors
         self._frames: list[FloatArray] = []
         self._block_end_ns: int | None = None
-        self._blocks: deque[FloatArray] = deque(maxlen=BASELINE_BLOCKS + NEWEST_BLOCKS)
-        self._before: list[FloatArray] = []  # blocks before the motion
+        self._blocks: deque[FloatArray] = deque(maxlen=BLOCKS)
+        self._before = np.zeros((len(self._sensors), 3))  # [m] displacements before the motion
         self._own_blocks = 0  # newest blocks, which are of the same person
         self._persons: dict[str, str] = {}  # each sensor's id when the views were last near
         self._near_ns = 0  # [ns] and when
@@ -128,48 +127,46 @@ class Watchdog:
         )
 
     def _compare(self) -> Moved | None:
-        """Compare the newest blocks with those before, or before the last motion."""
-        before, newest = list(self._blocks)[:-NEWEST_BLOCKS], list(self._blocks)[-NEWEST_BLOCKS:]
-        before = self._before or before
-        if len(before) < MIN_BASELINE:
-            return None
-        is_own = self._own_blocks >= MIN_BASELINE + NEWEST_BLOCKS
-        least = MOVED_M if is_own else MOVED_SINCE_M
-        known, self.moved = self.moved, self._judge(np.stack(before), np.stack(newest), least)
-        self._before = before if self.moved else []
-        if known and not self.moved:
-            self._blocks = deque([*before, *newest], self._blocks.maxlen)
-        elif self._own_blocks == MIN_BASELINE + NEWEST_BLOCKS and not self.moved:
-            self._blocks = deque([*before, *newest][-self._own_blocks :], self._blocks.maxlen)
-        return None if known else self.moved
-
-    def _judge(self, before: FloatArray, newest: FloatArray, least: float) -> Moved | None:
-        baseline = nan_median(before)
-        threshold = np.maximum(least, DEVIATIONS * _scatter_of_means(before, baseline))
-        wrong = np.maximum(WRONG_M, threshold)
-        is_wrong = np.linalg.norm(baseline, axis=1) > wrong
-        steps = newest - np.where(is_wrong[:, None], 0.0, baseline)
-        mean = steps.mean(axis=0)
-        step = np.linalg.norm(mean, axis=1)
-        along = (steps * mean).sum(axis=2) / np.maximum(step, 1e-9)
-        lasting = along.min(axis=0) > MIN_SHARE * step  # not an outlier of one second
-        beyond = np.nan_to_num(step / np.where(is_wrong, wrong, threshold), nan=0.0)
+        """A new motion; ends an earlier one if the newest blocks are as before it."""
+        blocks = np.stack(self._blocks)
         if self.moved is not None:
-            return self.moved if beyond.max() > AGREES else None
-        beyond *= lasting
-        worst = int(np.argmax(beyond))
-        if beyond[worst] < 1.0:
+            apart = np.linalg.norm(nan_median(blocks[-MIN_AFTER:]) - self._before, axis=1)
+            if np.nanmax(apart) < AGREES * self.moved.distance:
+                self.moved = None
+                self._blocks = deque(blocks[-MIN_AFTER:], BLOCKS)
             return None
-        # Of two views either may have moved; of three, the moved one has the largest displacement.
-        sensors = self._sensors if len(self._sensors) == 2 else (self._sensors[worst],)
-        return Moved(sensors=sensors, distance=float(step[worst]))
+        if len(blocks) < MIN_BEFORE + MIN_AFTER:
+            return None
+        is_own = self._own_blocks >= MIN_BEFORE + MIN_AFTER
+        self.moved = self._find_step(blocks, MOVED_M if is_own else MOVED_SINCE_M)
+        if self._own_blocks == MIN_BEFORE + MIN_AFTER and self.moved is None:
+            self._blocks = deque(blocks[-self._own_blocks :], BLOCKS)
+        return self.moved
+
+    def _find_step(self, blocks: FloatArray, least: float) -> Moved | None:
+        """The clearest motion within the blocks, or the displacement of all of them."""
+        right_at_first = blocks - nan_median(blocks)  # as by a perfect calibration
+        splits = range(MIN_BEFORE, len(blocks) - MIN_AFTER + 1)
+        candidates = [(blocks[:split], blocks[split:], least) for split in splits]
+        clearest, found = CERTAIN, None
+        for before, after, smallest in [(right_at_first, blocks, WRONG_M), *candidates]:
+            change = nan_median(after) - nan_median(before)
+            step = np.linalg.norm(change, axis=1)
+            is_clear = step > smallest
+            along = ((after - nan_median(before)) * change).sum(axis=2) / np.maximum(step, 1e-9)
+            is_clear &= np.quantile(along, 1.0 - MOST, axis=0) > 0.5 * step
+            deviations = np.where(is_clear, step / _stddev_of_step(before, after), 0.0)
+            worst = int(np.argmax(deviations))
+            if deviations[worst] > clearest:
+                clearest, self._before = deviations[worst], nan_median(before)
+                # Of two sensors either may have moved.
+                sensors = self._sensors if len(self._sensors) == 2 else (self._sensors[worst],)
+                found = Moved(sensors=sensors, distance=float(step[worst]))
+        return found
 
 
-def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
-    """Standard deviation [m] of the mean of four blocks in a row, along the worst axis, (sensors,).
-
-    At least that of four independent blocks, since thirty blocks have few rows of four.
-    """
-    rows = np.lib.stride_tricks.sliding_window_view(blocks, NEWEST_BLOCKS, axis=0).mean(axis=-1)
-    of_means, of_blocks = (robust_stddev(some - baseline).max(axis=1) for some in (rows, blocks))
-    return np.fmax(of_means, of_blocks / np.sqrt(NEWEST_BLOCKS))
+def _stddev_of_step(before: FloatArray, after: FloatArray) -> FloatArray:
+    """Standard deviation [m] of the difference of two medians of blocks, (sensors,)."""
+    residuals = [before - nan_median(before), after - nan_median(after)]
+    scatter = np.linalg.norm(robust_stddev(np.concatenate(residuals)), axis=1)
+    return np.asarray(scatter * np.sqrt(1.0 / len(before) + 1.0 / len(after)) + STDDEV_M)
