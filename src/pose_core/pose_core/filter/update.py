@@ -23,6 +23,7 @@ References:
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.heading_drift import heading_variances, update_drifts
@@ -32,7 +33,7 @@ from pose_core.kernels.cholesky import factorise, solve_lower, solve_vector
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.linear_algebra import inverse, quadratic_form, symmetric
 
-BLOCK = 32  # rows of P that are computed together
+BLOCK = 52  # rows of P that are computed together
 
 
 class UpdateConstants(NamedTuple):
@@ -60,8 +61,10 @@ def robust_update(constants: UpdateConstants, state: FilterState, rows: Rows) ->
     count, groups, P = rows.filled[0], rows.filled[1], state.P
     H, residual = rows.H[:count], rows.residual[:count]
     HP, HPHt = np.zeros((count, len(P))), np.zeros((count, count))
-    add_product(H, P, HP, False)
-    add_product(H, np.ascontiguousarray(HP.T), HPHt, True)
+    used, used_count = np.empty((count, H.shape[1] + 1), np.int64), np.empty(count, np.int64)
+    find_used(H, used, used_count)
+    add_product(H, used, used_count, P, HP, False)
+    add_product(H, used, used_count, np.ascontiguousarray(HP.T), HPHt, True)
     common = rows.common[:count]
     expected = HPHt.copy()
     add_square(common, expected)
@@ -95,27 +98,49 @@ def robust_update(constants: UpdateConstants, state: FilterState, rows: Rows) ->
         return result
     before = heading_variances(state)
     solve_lower(S, HP)
-    subtract_square(P, np.ascontiguousarray(HP.T))
+    subtract_square(P, HP)
     update_drifts(state, before, error)
     inject_error(state, error)
     return result
 
 
 @compiled_in_place
-def add_product(H: FloatArray, A: FloatArray, out: FloatArray, is_symmetric: bool) -> None:
-    """``out`` += H A, of a symmetric product only the upper triangle.
+def find_used(H: FloatArray, used: NDArray[np.int64], count: NDArray[np.int64]) -> None:
+    """Fill the columns of each row's elements that are not 0, (rows, columns + 1), and how many."""
+    for row in range(len(H)):
+        own, found = used[row], 0
+        for column in range(H.shape[1]):
+            own[found] = column
+            found += H[row, column] != 0.0
+        count[row] = found
 
-    Zeros of H, which are most of its elements, are skipped.
+
+@compiled_in_place
+def add_product(
+    H: FloatArray,
+    used: NDArray[np.int64],
+    count: NDArray[np.int64],
+    A: FloatArray,
+    out: FloatArray,
+    is_symmetric: bool,
+) -> None:
+    """``out`` += H A by the elements that :func:`find_used` found, four of a row at a time.
+
+    Of a symmetric product only the upper triangle is computed.
     """
     for row in range(len(H)):
-        first = row if is_symmetric else 0
-        into = out[row, first:]
-        for column in range(H.shape[1]):
-            factor = H[row, column]
-            if factor != 0.0:
-                values = A[column, first:]
-                for k in range(len(into)):
-                    into[k] += factor * values[k]
+        first, factors, own = row if is_symmetric else 0, H[row], used[row]
+        into, whole = out[row, first:], count[row] - count[row] % 4
+        for at in range(0, whole, 4):
+            i, j, m, n = own[at], own[at + 1], own[at + 2], own[at + 3]
+            a, b, c, d = factors[i], factors[j], factors[m], factors[n]
+            w, x, y, z = A[i, first:], A[j, first:], A[m, first:], A[n, first:]
+            for k in range(len(into)):
+                into[k] += a * w[k] + b * x[k] + c * y[k] + d * z[k]
+        for at in range(whole, count[row]):
+            factor, values = factors[own[at]], A[own[at], first:]
+            for k in range(len(into)):
+                into[k] += factor * values[k]
 
 
 @compiled_in_place
@@ -180,9 +205,11 @@ def weight_of(rows: Rows, group: int, squared: float, least_weight: float) -> fl
 
 @compiled
 def subtract_square(P: FloatArray, W: FloatArray) -> None:
-    """P −= W Wᵀ: the upper triangle in blocks; the lower one is mirrored."""
-    for first in range(0, len(W), BLOCK):
-        subtract_rows(P, first, np.dot(W[first : first + BLOCK], W[first:].T))
+    """P −= Wᵀ W: the upper triangle in blocks; the lower one is mirrored."""
+    for first in range(0, len(P), BLOCK):
+        rest = np.ascontiguousarray(W[:, first:])
+        block = np.ascontiguousarray(rest[:, :BLOCK])
+        subtract_rows(P, first, np.dot(block.T, rest))
     mirror(P)
 
 

@@ -22,10 +22,18 @@ def factorise(A: FloatArray) -> None:
 
 @compiled_in_place
 def solve_lower(U: FloatArray, B: FloatArray) -> None:
-    """Replace B by U⁻ᵀ B."""
-    for i in range(len(U)):
-        subtract_above(U, i, B, 0)
-        row, scale = B[i], 1.0 / U[i, i]
+    """Replace B by U⁻ᵀ B: two rows at a time, so that those above are read half as often."""
+    for i in range(0, len(U) - 1, 2):
+        subtract_above_two(U, i, B)
+        one, two, factor = B[i], B[i + 1], U[i, i + 1]
+        scale, next_scale = 1.0 / U[i, i], 1.0 / U[i + 1, i + 1]
+        for k in range(len(one)):
+            one[k] *= scale
+            two[k] = (two[k] - factor * one[k]) * next_scale
+    if len(U) % 2 == 1:
+        last = len(U) - 1
+        subtract_above(U, last, B, 0)
+        row, scale = B[last], 1.0 / U[last, last]
         for k in range(len(row)):
             row[k] *= scale
 
@@ -48,6 +56,25 @@ def subtract_above(U: FloatArray, i: int, B: FloatArray, start: int) -> None:
         factor, above = U[j, i], B[j, start:]
         for k in range(len(row)):
             row[k] -= factor * above[k]
+
+
+@compiled_in_place
+def subtract_above_two(U: FloatArray, i: int, B: FloatArray) -> None:
+    """As :func:`subtract_above`, the rows above i from the rows i and i + 1, i being even."""
+    one, two, whole = B[i], B[i + 1], i - i % 4
+    for j in range(0, whole, 4):
+        a, b, c, d = U[j, i], U[j + 1, i], U[j + 2, i], U[j + 3, i]
+        e, f, g, h = U[j, i + 1], U[j + 1, i + 1], U[j + 2, i + 1], U[j + 3, i + 1]
+        first, second, third, fourth = B[j], B[j + 1], B[j + 2], B[j + 3]
+        for k in range(len(one)):
+            w, x, y, z = first[k], second[k], third[k], fourth[k]
+            one[k] -= a * w + b * x + c * y + d * z
+            two[k] -= e * w + f * x + g * y + h * z
+    for j in range(whole, i):
+        a, e, above = U[j, i], U[j, i + 1], B[j]
+        for k in range(len(one)):
+            one[k] -= a * above[k]
+            two[k] -= e * above[k]
 
 
 @compiled_in_place
