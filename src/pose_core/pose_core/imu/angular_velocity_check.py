@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
-from pose_core.imu.sensor_alignment import best_rotation
+from pose_core.imu.sensor_alignment import best_fit
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.kernels.linear_algebra import is_equal
 from pose_core.kernels.quaternions import quaternion_product
@@ -109,10 +109,13 @@ class AngularVelocityCheck:
     def __init__(self) -> None:
         self._rows = ImuRows(_RateMemory())
         self._check_rates = type_specialised(check_rates)
+        self._is_any_replaced = False
 
     @property
     def replaced(self) -> frozenset[str]:
         """Segments whose angular velocity is the orientation's change."""
+        if not self._is_any_replaced:
+            return frozenset()
         memory = self._rows.memory
         return frozenset(self._rows.named((memory.fault > 0) | (memory.missing > 0.5)))
 
@@ -160,13 +163,14 @@ class AngularVelocityCheck:
         memory = self._rows.memory
         forward, backward = memory.products[imu]
         scale = np.sqrt(memory.power[imu].sum() * memory.given_power[imu])
-        return best_rotation(forward)[1] / scale, best_rotation(-backward)[1] / scale
+        return best_fit(forward) / scale, best_fit(-backward) / scale
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The samples, each with a finite angular velocity that agrees with its orientations."""
         imu, rate = self._rows.of(block), np.array(block.angular_velocity)
-        self._check_rates(self._rows.memory, imu, block.stamps_ns, block.orientation, rate)
-        return replace(block, angular_velocity=rate)
+        arguments = self._rows.memory, imu, block.stamps_ns, block.orientation, rate
+        self._is_any_replaced = self._check_rates(*arguments)
+        return replace(block, angular_velocity=rate) if self._is_any_replaced else block
 
 
 @compiled_in_place
@@ -176,8 +180,8 @@ def check_rates(
     stamps_ns: NDArray[np.int64],
     orientation: FloatArray,
     rate: FloatArray,
-) -> None:
-    """Check angular velocities one after the other.
+) -> bool:
+    """Check angular velocities one after the other; whether any is replaced, or the next will be.
 
     Args:
         memory: Is updated.
@@ -186,6 +190,7 @@ def check_rates(
         orientation: (n, 4), x y z w.
         rate: (n, 3) [rad/s]; replaced where it is not finite, or its IMU's contradict.
     """
+    is_any_replaced = False
     for row in range(len(imu)):
         i = imu[row]
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
@@ -211,8 +216,12 @@ def check_rates(
         memory.measured[i] += is_measured
         memory.missing[i] += MISSING_MEMORY * ((0.0 if is_measured else 1.0) - memory.missing[i])
         if memory.fault[i] != RateFault.NONE or not is_measured:
+            is_any_replaced = True
             for axis in range(3):
                 rate[row, axis] = memory.change[i, axis]
+    for i in range(len(memory.fault)):
+        is_any_replaced |= memory.fault[i] != RateFault.NONE or memory.missing[i] > 0.5
+    return is_any_replaced
 
 
 @compiled_in_place

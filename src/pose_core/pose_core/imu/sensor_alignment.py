@@ -112,7 +112,7 @@ class SegmentAlignment:
         """Compare the case that the reference frame's z axis points down with the other."""
         if np.any(self._sums):
             up, down = (
-                best_rotation(_cost_matrix(sums, GRID))[1].max()
+                best_fit(_cost_matrix(sums, GRID)).max()
                 for sums in (self._sums, _turned_over(self._sums))
             )
             self.z_down_lead = float(SAMPLES_PER_S * (down - up))
@@ -236,7 +236,7 @@ def best_alignment(sums: FloatArray, north: float | None) -> Alignment:
     """
 
     def fit(headings: FloatArray) -> FloatArray:
-        J = best_rotation(_cost_matrix(sums, headings))[1]
+        J = best_fit(_cost_matrix(sums, headings))
         return J + _log_north_prior(headings, north) / SAMPLES_PER_S
 
     J = fit(GRID)
@@ -246,7 +246,7 @@ def best_alignment(sums: FloatArray, north: float | None) -> Alignment:
         bend = left - 2.0 * here + right
         if bend < 0.0:
             heading += float(np.clip(0.5 * step * (left - right) / bend, -2.0 * step, 2.0 * step))
-    M = best_rotation(_cost_matrix(sums, heading))[0]
+    M = best_rotation(_cost_matrix(sums, heading))
     apart = np.abs(wrapped(GRID - heading)) > MIN_HEADING_SEPARATION
     near_north = north is not None and abs(wrapped(heading - north)) < MIN_HEADING_SEPARATION
     return Alignment(
@@ -298,12 +298,18 @@ def _cost_matrix(sums: FloatArray, heading: FloatArray | float) -> FloatArray:
     )
 
 
-def best_rotation(C: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The rotation M that maximises ⟨M, C⟩, and that maximum; C is (..., 3, 3)."""
-    U, singular, Vt = np.linalg.svd(C)
-    sign = np.sign(np.linalg.det(U @ Vt))
-    U[..., 2] *= sign[..., None]
-    return U @ Vt, singular[..., 0] + singular[..., 1] + sign * singular[..., 2]
+def best_rotation(C: FloatArray) -> FloatArray:
+    """The rotation M that maximises ⟨M, C⟩; C is (..., 3, 3)."""
+    U, _, Vt = np.linalg.svd(C)
+    U[..., 2] *= np.sign(np.linalg.det(U @ Vt))[..., None]
+    return U @ Vt
+
+
+def best_fit(C: FloatArray) -> FloatArray:
+    """The maximum of ⟨M, C⟩ over all rotations M; C is (..., 3, 3)."""
+    singular = np.linalg.svd(C, compute_uv=False)
+    fit: FloatArray = singular[..., 0] + singular[..., 1]
+    return fit + np.sign(np.linalg.det(C)) * singular[..., 2]
 
 
 def _covariance(

@@ -216,7 +216,7 @@ def _has_slipped(
     outer = np.einsum("n,ni,nj->nij", weight, axis_last, axis_before)
     B = np.zeros((len(is_known), 3, 3))
     np.add.at(B, np.nonzero(is_known)[0], outer)
-    S = best_rotation(B.sum(axis=0) + np.eye(3) / SLIP_STDDEV**2)[0]
+    S = best_rotation(B.sum(axis=0) + np.eye(3) / SLIP_STDDEV**2)
     gains = 2.0 * (np.einsum("ij,cij->c", S, B) - np.trace(B, axis1=1, axis2=2))
     gains = gains[is_known.any(axis=1)]
     # A single axis errs more easily.
