@@ -52,12 +52,8 @@ class HeadingWalks:
     def __init__(self) -> None:
         self._rows = ImuRows(_WalkMemory())
         self._watch_samples = type_specialised(watch_samples)
-
-    @property
-    def unsound(self) -> Mapping[str, float]:
+        self.unsound: Mapping[str, float] = {}
         """Walks [rad/√s] that are larger than in an undisturbed field, by segment."""
-        variance = self._rows.memory.variance
-        return self._rows.named(np.where(variance > SOUND**2, np.sqrt(variance), 0.0))
 
     @property
     def disturbed(self) -> Mapping[str, float]:
@@ -70,7 +66,7 @@ class HeadingWalks:
         is_in_bursts = np.zeros(len(self._rows.segments), np.bool_)
         if in_bursts:
             is_in_bursts[:] = [name in in_bursts for name in self._rows.segments]
-        self._watch_samples(
+        has_changed = self._watch_samples(
             self._rows.memory,
             imu,
             block.stamps_ns,
@@ -78,6 +74,10 @@ class HeadingWalks:
             block.angular_velocity,
             is_in_bursts,
         )
+        if has_changed:
+            variance = self._rows.memory.variance
+            walks = np.where(variance > SOUND**2, np.sqrt(variance), 0.0)
+            self.unsound = self._rows.named(walks)
 
 
 @compiled_in_place
@@ -88,8 +88,8 @@ def watch_samples(
     orientation: FloatArray,
     rate: FloatArray,
     is_in_bursts: NDArray[np.bool_],
-) -> None:
-    """Take samples into account, one after the other.
+) -> bool:
+    """Take samples into account, one after the other; whether a second ended, as walks then change.
 
     Args:
         memory: Memory of the IMUs; updated.
@@ -99,6 +99,7 @@ def watch_samples(
         rate: (n, 3) [rad/s].
         is_in_bursts: Whether samples of each IMU come in bursts, (imus,).
     """
+    has_changed = False
     for row in range(len(imu)):
         i = imu[row]
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
@@ -119,11 +120,13 @@ def watch_samples(
             if memory.since_s[i] >= 1.0:
                 memory.since_s[i] -= 1.0
                 end_second(memory, i)
+                has_changed = True
         memory.stamp_ns[i] = stamps_ns[row]
         for k in range(4):
             memory.orientation[i, k] = orientation[row, k]
         for k in range(3):
             memory.rate[i, k] = rate[row, k]
+    return has_changed
 
 
 @compiled_in_place

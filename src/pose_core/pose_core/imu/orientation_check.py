@@ -113,7 +113,7 @@ class OrientationCheck:
         imu = self._rows.of(block)
         orientation = np.array(block.orientation)
         is_used = np.empty(len(block), np.bool_)
-        self._check_samples(
+        are_as_given = self._check_samples(
             self._rows.memory,
             imu,
             block.stamps_ns,
@@ -121,8 +121,9 @@ class OrientationCheck:
             block.angular_velocity,
             is_used,
         )
-        block = replace(block, orientation=orientation)
-        return block if is_used.all() else block.rows(np.flatnonzero(is_used))
+        if are_as_given:
+            return block
+        return replace(block, orientation=orientation).rows(np.flatnonzero(is_used))
 
 
 @compiled_in_place
@@ -133,8 +134,8 @@ def check_samples(
     orientation: FloatArray,
     rate: FloatArray,
     is_used: NDArray[np.bool_],
-) -> None:
-    """Check samples one after the other.
+) -> bool:
+    """Check samples one after the other; whether all are accepted, and none is turned.
 
     Args:
         memory: Memory of the IMUs; updated.
@@ -144,6 +145,7 @@ def check_samples(
         rate: (n, 3) [rad/s].
         is_used: Filled, (n,).
     """
+    are_as_given = True
     for row in range(len(imu)):
         i = imu[row]
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
@@ -190,6 +192,8 @@ def check_samples(
             memory.rate[i, axis] = rate[row, axis]
         if memory.heading[i] != 0.0:
             turn_about_vertical(orientation[row], memory.heading[i])
+        are_as_given &= is_used[row] and memory.heading[i] == 0.0
+    return are_as_given
 
 
 @compiled_in_place
