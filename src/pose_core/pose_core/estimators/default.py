@@ -32,7 +32,6 @@ from pose_core.finite_numbers import nan_mean
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
-from pose_core.joints import TrackingState
 from pose_core.kernels.published_state import CAMERAS, IMUS, PublishedState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
@@ -287,27 +286,15 @@ class DefaultEstimator(StepwiseEstimator):
             frames.append(frame)
             self.counters.add("limbs_turned_back", result.turned_back)
             self._output.information[CAMERAS] = information[CAMERAS]
-        if len(imus):
-            self._align_imus(observation, frames, is_late)
+        if len(imus) and is_late:
+            self._alignments.add_to_slips(observation, frames, self._filter.state)
+        elif len(imus):
+            self._filter.state = self._alignments.observe(observation, frames, self._filter.state)
         if self._alignments.changes == alignments_before:
             self._history.finish(walks, aligned, frames)
         else:
             self._history.clear()
         return result
-
-    def _align_imus(
-        self, observation: Observation, frames: Sequence[CameraFrame], is_late: bool
-    ) -> None:
-        """Collect one instant, or a late frame, for the alignment of the IMUs."""
-        assert self._filter.state is not None
-        tracked = np.full(observation.positions.shape, np.nan)
-        for frame in frames:
-            is_tracked = frame.tracking_state[:, None] == int(TrackingState.TRACKED)
-            np.copyto(tracked[frame.sensor], frame.positions, where=is_tracked)
-        if is_late:
-            self._alignments.add_to_slips(observation, tracked, self._filter.state)
-        else:
-            self._filter.state = self._alignments.observe(observation, tracked, self._filter.state)
 
     def _frame(
         self, observation: Observation, sensor: int

@@ -1,12 +1,12 @@
 """Sensor-to-segment alignment of all IMUs of one body, with the state of each."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.estimates.observation import Observation
+from pose_core.filter.frame import CameraFrame
 from pose_core.filter.imu import NO_IMUS, ImuFrame
 from pose_core.filter.imu_place_checks import ImuPlaceChecks
 from pose_core.filter.imu_state import (
@@ -128,6 +128,7 @@ class ImuAlignments:
         """
         self._instants += 1
         walks = []
+        says_north = (imus.stddev[:, 2] < MIN_UNKNOWN_HEADING_STDDEV).tolist()
         for row, worn in self._imus.with_link(imus.segments):
             self._slip_as_known(stamp_ns, worn, state)
             if stamp_ns < worn.slipping_until_ns:
@@ -139,7 +140,7 @@ class ImuAlignments:
             worn.use.frames_used += worn.use.is_aligned
             if not worn.use.has_moved:
                 worn.note_orientation(imus.R_world_sensor[row])
-            worn.says_north = bool(imus.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
+            worn.says_north = says_north[row]
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
             worn.last_ns = stamp_ns
             if worn.use.is_aligned and worn.use.segment in imus.heading_walks:
@@ -161,30 +162,33 @@ class ImuAlignments:
             aligned = [each for each in aligned if not each[1].has_slipped(imus)]
         if not aligned:
             return NO_IMUS
-        rows = np.array([row for row, _ in aligned])
-        is_replaced = [worn.use.segment in imus.replaced_rates for _, worn in aligned]
+        rate_stddev = np.zeros(len(aligned))
+        if imus.replaced_rates:
+            is_replaced = [worn.use.segment in imus.replaced_rates for _, worn in aligned]
+            rate_stddev[is_replaced] = REPLACED_STDDEV
+        are_all = len(aligned) == len(imus)
+        chosen = slice(None) if are_all else np.array([row for row, _ in aligned])
         return ImuFrame(
             np.array([worn.link for _, worn in aligned]),
-            imus.R_world_sensor.take(rows, axis=0),
-            imus.angular_velocity.take(rows, axis=0),
-            imus.age_s.take(rows),
-            REPLACED_STDDEV * np.array(is_replaced),
+            imus.R_world_sensor[chosen],
+            imus.angular_velocity[chosen],
+            imus.age_s[chosen],
+            rate_stddev,
         )
 
     def observe(
-        self, observation: Observation, tracked: FloatArray, state: FilterState
+        self, observation: Observation, frames: Sequence[CameraFrame], state: FilterState
     ) -> FilterState:
         """Collect one instant for the alignment; returns the state with newly aligned IMUs.
 
         Args:
             observation: Measurements of all IMUs, and the cameras' frame.
-            tracked: Its tracked joints in map, with swapped sides exchanged, (sensors, 15, 3) [m];
-                NaN otherwise.
+            frames: Its frames in map, with swapped sides exchanged.
             state: State of the filter after the update with them.
         """
         stamp_ns, imus = observation.stamp_ns, observation.imus
-        self._places.add_to_exchanges(observation, tracked)
-        self.add_to_slips(observation, tracked, state)
+        self._places.add_to_exchanges(observation, frames)
+        self.add_to_slips(observation, frames, state)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
@@ -212,10 +216,10 @@ class ImuAlignments:
         return state
 
     def add_to_slips(
-        self, observation: Observation, tracked: FloatArray, state: FilterState
+        self, observation: Observation, frames: Sequence[CameraFrame], state: FilterState
     ) -> None:
         """Add one instant, or a late frame, to the check for slips; see :meth:`observe`."""
-        self._places.add_to_slips(observation, tracked, state.imus.heading)
+        self._places.add_to_slips(observation, frames, state.imus.heading)
 
     def _exclude_contradicted(self, worn: WornImu, state: FilterState) -> None:
         """Exclude an IMU that the cameras contradict: it has turned its link with it."""

@@ -88,6 +88,8 @@ class WornImus:
 
     def carriers(self, segments: Sequence[str]) -> tuple[str, ...]:
         """The segments on which the IMUs of these names are worn."""
+        if not self._exchanged:
+            return tuple(segments)
         return tuple(self._exchanged.get(name, name) for name in segments)
 
     def moving(self, segments: Sequence[str]) -> tuple[str, ...]:

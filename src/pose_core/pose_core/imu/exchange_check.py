@@ -52,6 +52,10 @@ class ExchangeCheck:
         self._stamp_ns = 0
         self._restart((), {})
 
+    def is_due(self, stamp_ns: int, slips: Mapping[str, int]) -> bool:
+        """Whether :meth:`add` needs an instant: late enough, or the first with another slip."""
+        return slips != self._slips or not 0 <= stamp_ns - self._stamp_ns < PERIOD_NS
+
     def add(self, stamp_ns: int, positions: FloatArray, imus: ImuMeasurements) -> None:
         """Add one instant; those that follow within :data:`PERIOD_NS` are left out.
 
@@ -122,7 +126,7 @@ class ExchangeCheck:
 
     def _gains(self) -> FloatArray:
         """Reduction of the misfit if two sensors are exchanged, (n, n) [-], symmetric."""
-        fitted = np.einsum("hp,ipaj->hiaj", HEADINGS, self._sums)
+        fitted = np.tensordot(HEADINGS, self._sums, axes=(1, 1))
         fit = np.linalg.norm(fitted, axis=2)
         # Sensors without samples at some instants: all four misfits are taken for the same weight.
         own_weight = np.diag(self._weight)

@@ -14,7 +14,7 @@ turned them already.
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray, unit_vectors
 from pose_core.imu.exchange_check import DIRECTION_STDDEV, INDEPENDENT_S, LATE_S
 from pose_core.imu.imu_history import ImuMeasurements
-from pose_core.imu.sensor_alignment import HEADING_PARTS, best_rotation
+from pose_core.imu.sensor_alignment import best_rotation
 from pose_core.joints import JOINT_INDEX, JOINT_PAIRS, LEGS, SEGMENT_ENDS, SIDES
 from pose_core.kernels.compiling import compiled, type_specialised
+from pose_core.kernels.rotations import exponential, product
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = 100_000_000  # [ns] between two frames of a camera that are used
@@ -59,6 +60,22 @@ class SlipCheck:
         self._before: FloatArray  # the same, before the last seconds
         self._restart((), 0, 0)
 
+    def is_due(self, stamp_ns: int, segments: tuple[str, ...], sensors: Iterable[int]) -> bool:
+        """Whether :meth:`add` needs an instant.
+
+        Args:
+            stamp_ns: The instant [ns].
+            segments: Those with an IMU at that instant.
+            sensors: The cameras with a frame at that instant.
+        """
+        is_next_bin = not -BIN_NS < stamp_ns - self._bin_ns < BIN_NS
+        has_new = not self._row.keys() >= set(segments)
+        return is_next_bin or has_new or any(self._is_frame_due(s, stamp_ns) for s in sensors)
+
+    def _is_frame_due(self, sensor: int, stamp_ns: int) -> bool:
+        """Whether a camera's last frame that was used is old enough."""
+        return not 0 <= stamp_ns - self._last_ns[sensor] < PERIOD_NS
+
     def add(
         self,
         stamp_ns: int,
@@ -82,22 +99,23 @@ class SlipCheck:
         if not -BIN_NS < stamp_ns - self._bin_ns < BIN_NS:
             self._begin_bin(stamp_ns)
             self._slipped = self._judge()
-        due = [k for k, at_ns in enumerate(self._last_ns) if not 0 <= stamp_ns - at_ns < PERIOD_NS]
-        due = [sensor for sensor in due if np.isfinite(positions[sensor, :, 0]).any()]
-        if not due:
-            return
+        due = [sensor for sensor in range(len(positions)) if self._is_frame_due(sensor, stamp_ns)]
         rows = np.array([self._row[segment] for segment in imus.segments], np.int64)
-        rates = np.linalg.norm(imus.angular_velocity, axis=1)
-        late_variance = (LATE_S * rates) ** 2
-        parts = np.stack([np.ones_like(headings), np.cos(headings), np.sin(headings)])
-        R_world_map = np.tensordot(parts, HEADING_PARTS, axes=(0, 0))
-        R_map_sensor = np.swapaxes(R_world_map, 1, 2) @ imus.R_world_sensor
         for sensor in due:
+            if not np.isfinite(positions[sensor, :, 0]).any():
+                continue
             gap_s = abs(stamp_ns - self._last_ns[sensor]) / NS_PER_S
             self._last_ns[sensor] = stamp_ns
-            share = min(gap_s / INDEPENDENT_S, 1.0)
-            joints, into = positions[sensor], self._now[sensor]
-            self._add_axes(self._axes, rows, joints, R_map_sensor, late_variance, share, into)
+            self._add_axes(
+                self._axes,
+                rows,
+                positions[sensor],
+                headings,
+                imus.R_world_sensor,
+                imus.angular_velocity,
+                min(gap_s / INDEPENDENT_S, 1.0),
+                self._now[sensor],
+            )
 
     def forget(self, segment: str) -> None:
         """Restart with a segment whose IMU is aligned anew."""
@@ -159,8 +177,9 @@ def add_axes(
     axes: NDArray[np.int64],
     rows: NDArray[np.int64],
     joints: FloatArray,
-    R_map_sensor: FloatArray,
-    late_variance: FloatArray,
+    headings: FloatArray,
+    R_world_sensor: FloatArray,
+    rates: FloatArray,
     share: float,
     sums: FloatArray,
 ) -> None:
@@ -171,12 +190,17 @@ def add_axes(
             :data:`UNKNOWN`; of a hinge, those of the two limbs that it is perpendicular to.
         rows: Row of each IMU, (imus,).
         joints: (15, 3) [m] in map; NaN if unknown.
-        R_map_sensor: (imus, 3, 3); NaN if unknown.
-        late_variance: Of the axes by the sensor's motion, (imus,) [rad²].
+        headings: Of the sensors' reference frames in map, (imus,) [rad]; NaN if unknown.
+        R_world_sensor: (imus, 3, 3).
+        rates: Angular velocities of the sensors, (imus, 3) [rad/s]: their axes are seen late.
         share: Independent samples that the frame stands for [-].
         sums: Weighted axes, and weights, (rows, 2, 4); updated.
     """
+    R_map_world, R_map_sensor = np.empty((3, 3)), np.empty((3, 3))
     for imu in range(len(rows)):
+        exponential(0.0, 0.0, headings[imu], R_map_world)
+        product(R_map_world, R_world_sensor[imu], R_map_sensor)
+        late_variance = LATE_S**2 * np.dot(rates[imu], rates[imu])
         for k in range(2):
             start, end, next_start, next_end = axes[rows[imu], k]
             if start == UNKNOWN:
@@ -191,10 +215,10 @@ def add_axes(
                 if not length > MIN_BEND * lengths:
                     continue
                 variance = (HINGE_STDDEV * lengths / length) ** 2
-            weight = share / (variance + late_variance[imu])
+            weight = share / (variance + late_variance)
             if not length > 0.0:
                 continue
-            seen = np.dot(axis, R_map_sensor[imu]) * (weight / length)
+            seen = np.dot(axis, R_map_sensor) * (weight / length)
             if np.isfinite(seen[0] + seen[1] + seen[2]):
                 for i in range(3):
                     sums[rows[imu], k, i] += seen[i]
@@ -213,12 +237,14 @@ def _has_slipped(
     last, before = last[is_known], before[is_known]
     weight = 1.0 / (1.0 / last[:, 3] + 1.0 / before[:, 3] + posture_stddev**2)
     axis_last, axis_before = unit_vectors(last[:, :3]), unit_vectors(before[:, :3])
+    # A single axis errs more easily.
+    least = MIN_GAIN if len(last) > 1 else 2.0 * MIN_GAIN
+    if 2.0 * weight @ (1.0 - (axis_last * axis_before).sum(axis=1)) <= least:
+        return False  # not even a rotation that explains all axes would gain more
     outer = np.einsum("n,ni,nj->nij", weight, axis_last, axis_before)
     B = np.zeros((len(is_known), 3, 3))
     np.add.at(B, np.nonzero(is_known)[0], outer)
     S = best_rotation(B.sum(axis=0) + np.eye(3) / SLIP_STDDEV**2)
     gains = 2.0 * (np.einsum("ij,cij->c", S, B) - np.trace(B, axis1=1, axis2=2))
     gains = gains[is_known.any(axis=1)]
-    # A single axis errs more easily.
-    least = MIN_GAIN if np.count_nonzero(is_known) > 1 else 2.0 * MIN_GAIN
     return bool(gains.sum() > least and gains.min() > MIN_SHARE * least)
