@@ -3,6 +3,7 @@
 from collections import deque
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_calibration.clocks.motion_track import Track
 from pose_core.api import FloatArray, ImuBlock
@@ -27,7 +28,8 @@ class ImuMemory:
         self._reach_ns = reach_ns
         self._bursts = BurstStamps()
         self._rates = AngularVelocityCheck()  # finds the inverse ones
-        self._samples: dict[str, list[tuple[int, FloatArray]]] = {}  # stamp [ns], quaternion
+        # By segment: of each block, stamps [ns], (n,), and quaternions, (n, 4).
+        self._samples: dict[str, list[tuple[NDArray[np.int64], FloatArray]]] = {}
         self._leads_ns: dict[str, deque[float]] = {}  # before the other IMUs, as samples arrive
 
     @property
@@ -40,29 +42,40 @@ class ImuMemory:
         block = block.rows(np.flatnonzero(np.isfinite(block.orientation).all(axis=1)))
         block = self._bursts.restored(block)
         self._rates.checked(block)
-        samples = list(zip(block.imu.tolist(), block.stamps_ns.tolist(), strict=True))
-        newest_ns = dict(samples)  # of each IMU, its last sample
+        newest_ns = dict(zip(block.imu.tolist(), block.stamps_ns.tolist(), strict=True))
         for imu, stamp_ns in newest_ns.items():
             leads_ns = self._leads_ns.setdefault(block.segments[imu], deque(maxlen=LEADS_KEPT))
             leads_ns.append(stamp_ns - float(np.median([*newest_ns.values()])))
-        for row, (imu, stamp_ns) in enumerate(samples):
+        for imu in newest_ns:
             if block.segments[imu] in SEGMENT_ENDS:
-                self._add(block.segments[imu], stamp_ns, block.orientation, row)
+                own = np.flatnonzero(block.imu == imu)
+                self._add(block.segments[imu], block.stamps_ns[own], block.orientation[own])
 
     @property
     def leads_s(self) -> dict[str, float]:
         """By how much each IMU's stamps are ahead of the others' that arrive with them [s]."""
         return {name: float(np.median(each)) / NS_PER_S for name, each in self._leads_ns.items()}
 
-    def _add(self, segment: str, stamp_ns: int, orientation: FloatArray, row: int) -> None:
+    def _add(self, segment: str, stamps_ns: NDArray[np.int64], orientation: FloatArray) -> None:
         samples = self._samples.setdefault(segment, [])
-        if samples and -JUMP_BACK_NS < stamp_ns - samples[-1][0] < EVERY_NS:
-            return
-        if samples and stamp_ns < samples[-1][0]:
-            samples.clear()  # the clock was set back, or a recording restarted
-        samples.append((stamp_ns, orientation[row]))
-        if stamp_ns - samples[0][0] > 2 * self._reach_ns:
-            samples[:] = [one for one in samples if one[0] >= stamp_ns - self._reach_ns]
+        last_ns = int(samples[-1][0][-1]) if samples else int(stamps_ns[0]) - EVERY_NS
+        rows: list[int] = []
+        for row, stamp_ns in enumerate(stamps_ns.tolist()):
+            if -JUMP_BACK_NS < stamp_ns - last_ns < EVERY_NS:
+                continue
+            if stamp_ns < last_ns:  # the clock was set back, or a recording restarted
+                samples.clear()
+                rows.clear()
+            rows.append(row)
+            last_ns = stamp_ns
+        if rows:
+            samples.append((stamps_ns[rows], orientation[rows]))
+        if last_ns - int(samples[0][0][0]) > 2 * self._reach_ns:
+            samples[:] = [
+                (ns[is_kept], quaternions[is_kept])
+                for ns, quaternions in samples
+                if (is_kept := ns >= last_ns - self._reach_ns).any()
+            ]
 
     def verticals(self, begin_ns: int) -> dict[str, Track]:
         """Vertical in each IMU's frame, by segment; stamps in seconds since ``begin_ns``."""
@@ -71,8 +84,8 @@ class ImuMemory:
 
         tracks = {}
         for segment in self.segments:
-            stamps_ns, quaternions = zip(*self._samples[segment], strict=True)
+            stamps_ns, quaternions = map(np.concatenate, zip(*self._samples[segment], strict=True))
             if len(stamps_ns) > 1:
-                ups = Rotation.from_quat(np.array(quaternions)).inv().apply(UP)
-                tracks[segment] = Track((np.array(stamps_ns) - begin_ns) * 1e-9, ups)
+                ups = Rotation.from_quat(quaternions).inv().apply(UP)
+                tracks[segment] = Track((stamps_ns - begin_ns) * 1e-9, ups)
         return tracks
