@@ -58,12 +58,12 @@ class WearerSearch:
             length = float(np.sqrt(limb @ limb))
             if not length > 0.0:
                 continue
-            x, y, z, w = block.orientation[index]
+            x, y, z, w = block.orientation[index].tolist()
             up = (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
             row = np.array([*up, 1.0, limb[2] / length])
             sums = self._sums.setdefault((number, segment), np.zeros((5, 5)))
             sums *= fade
-            sums += np.outer(row, row)
+            sums += row[:, None] * row
 
     def _forget(self, number: int) -> None:
         del self._last_ns[number]
