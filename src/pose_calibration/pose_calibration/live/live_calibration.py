@@ -9,7 +9,7 @@ from pose_calibration.inertial.imu_memory import ImuMemory
 from pose_calibration.live.clock_tracking import ClockTracker
 from pose_calibration.live.collection import COUNTERS, Collection
 from pose_calibration.live.parameters import LiveCalibrationParameters
-from pose_calibration.live.watchdog import WRONG_M, Moved, Watchdog
+from pose_calibration.live.watchdog import Moved, Watchdog
 from pose_calibration.people.calibration_person import CalibrationPerson
 from pose_core.api import (
     Clocks,
@@ -184,12 +184,10 @@ class LiveCalibration:
             return None
         watchdog = Watchdog(found)
         if self.parameters.watch:
-            noticed = [moved for moved in map(watchdog.add, self.collection.frames) if moved]
-            if noticed and noticed[-1].distance > WRONG_M:
-                self._restart_after(noticed[-1])
+            moved = watchdog.moved_in(self.collection.frames)
+            if moved is not None:
+                self._restart_after(moved)
                 return None
-            if noticed:  # too small to be certain of while the poses are not
-                watchdog = Watchdog(found)
         if self._awaits_final and not self.collection.is_complete:
             return None
         self.extrinsics, self._moved_meanwhile = found, None

@@ -13,7 +13,7 @@ new id, only larger steps are reported until there is a baseline of this person.
 """
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,28 +76,48 @@ class Watchdog:
         distance = zip(self._sensors, np.linalg.norm(self._blocks[-1], axis=1), strict=True)
         return {name: float(each) for name, each in distance if np.isfinite(each)}
 
+    def moved_in(self, frames: Iterable[AlignedFrame]) -> Moved | None:
+        """Add the instants of the calibration; returns a motion among them that spoils it.
+
+        After a smaller step, their displacements are dropped: the poses may not be final.
+        """
+        for frame in frames:
+            self._take(frame)
+        if len(self._blocks) < MIN_BEFORE + MIN_AFTER:
+            return None
+        found = self._find_step(np.stack(self._blocks), MOVED_M)
+        if found is not None and found.distance > WRONG_M:
+            return found
+        if found is not None:
+            self._blocks.clear()
+        return None
+
     def add(self, frame: AlignedFrame) -> Moved | None:
         """Add an instant; at the end of each second, returns a newly detected motion."""
+        return self._compare() if self._take(frame) else None
+
+    def _take(self, frame: AlignedFrame) -> bool:
+        """Add an instant; whether a second ended that has a displacement."""
         end_ns = self._block_end_ns
         if end_ns is None or not -BLOCK_NS <= frame.stamp_ns - end_ns < BLOCK_NS:
             self._frames.clear()  # the first frame, or after a pause
             if end_ns is not None and abs(frame.stamp_ns - end_ns) > ABSENT_NS:
                 self._own_blocks = 0
             end_ns = frame.stamp_ns + BLOCK_NS
-        noticed = None
+        has_new = False
         if frame.stamp_ns >= end_ns:
             end_ns += BLOCK_NS
             if len(self._frames) >= MIN_FRAMES:
                 self._blocks.append(nan_median(np.stack(self._frames)))
                 self._own_blocks += 1
-                noticed = self._compare()
+                has_new = True
             self._frames.clear()
         self._block_end_ns = end_ns
         off = self._differences(frame)
         displacement = nan_median(off.transpose(1, 0, 2))
         if np.isfinite(displacement).any() and self._is_one_person(frame, off, displacement):
             self._frames.append(displacement)
-        return noticed
+        return has_new
 
     def _differences(self, frame: AlignedFrame) -> FloatArray:
         """Each view's joints less the others' mean [m], (sensors, 15, 3)."""
