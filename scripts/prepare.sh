@@ -53,7 +53,7 @@ run_step() {
     start_step "$@"
     finish_step "$1" || {
         tail -n 30 "$POSE_HOME/log/$1.log" >&2
-        fail "$1 failed: see $POSE_HOME/log/$1.log, mend it and run again"
+        fail "$1 failed: see $POSE_HOME/log/$1.log, correct it and run again"
     }
 }
 

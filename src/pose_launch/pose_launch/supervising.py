@@ -163,7 +163,7 @@ class ProcessSupervisor:
         if process.ends_graph:
             self._stop(f"{process.name} was required: stopping")
         elif has_failed_to_start and not self._keep_going and not self._stopping.is_set():
-            self._stop("stopping the others: mend that, or let them run with --keep-going")
+            self._stop("stopping the others: correct that, or let them run with --keep-going")
         elif code == 0 and process.name in self._recordings:
             self._recordings.discard(process.name)
             if not self._recordings and not self._stopping.is_set():
