@@ -216,8 +216,10 @@ def test_a_sensor_that_is_moved_before_the_calibration_is_final_is_not_averaged_
         calibration.add([one])
         if calibration.status.startswith("collecting again"):
             said = calibration.status
+            assert calibration.moved is not None
     assert "'left' or 'right' has been moved: its view is 2" in said
     assert calibration.counts["moves_noticed"] == 1
+    assert calibration.moved is None
     found = calibration.extrinsics.T_reference_sensor["right"]
     assert np.linalg.norm(found[:3, 3] - (inverse(LEFT) @ moved["right"])[:3, 3]) < 0.03
 

@@ -71,6 +71,16 @@ def test_trackers_that_err_with_the_view_are_not_moved_sensors():
     assert watch(some[:300], some[300:]) == (None, None)
 
 
+def test_an_offset_that_comes_and_goes_is_not_a_moved_sensor():
+    """As where the trackers err with the posture, which lasts for seconds."""
+    rng = np.random.default_rng(2)
+    some = frames(duration_s=90.0, noise=0.02, seed=3)
+    offsets = np.repeat(rng.normal(0.0, 0.02, (30, 3)), len(some) // 30 + 1, axis=0)
+    for frame, offset in zip(some, offsets, strict=False):
+        frame.samples["right"].positions[:] += offset
+    assert watch(some[:300], some[300:]) == (None, None)
+
+
 def test_a_wrong_calibration_is_reported_too():
     watchdog = Watchdog(extrinsics_from_map(bumped((0.15, 0.0, 0.0))))
     noticed = [watchdog.add(frame) for frame in frames(duration_s=26.0, noise=0.01)]
@@ -139,3 +149,17 @@ def test_the_report_of_a_moved_sensor_ends_when_the_views_agree_again():
     during = frames(duration_s=60.0, noise=0.01, seed=2, poses=bumped((0.0, 0.02, 0.0)))
     assert watched(before, during).moved is not None
     assert watched(before, during, frames(duration_s=8.0, noise=0.01, seed=3)).moved is None
+
+
+@pytest.mark.parametrize(("shift_m", "is_noticed"), [(0.04, False), (0.2, True)])
+def test_of_the_calibration_s_own_frames_only_a_large_step_counts(shift_m, is_noticed):
+    before = frames(duration_s=BEFORE_S, noise=0.01, seed=1)
+    poses = bumped((0.0, shift_m, 0.0))
+    after = frames(duration_s=40.0, noise=0.01, seed=2, poses=poses)
+    offset_ns = before[-1].stamp_ns - after[0].stamp_ns + 66_000_000
+    after = [replace(frame, stamp_ns=frame.stamp_ns + offset_ns) for frame in after]
+    watchdog = Watchdog(extrinsics_from_map(POSES))
+    moved = watchdog.moved_in([*before, *after[:150]])
+    assert (moved is not None) is is_noticed
+    if moved is None:
+        assert not any(map(watchdog.add, after[150:]))

@@ -181,3 +181,9 @@ def test_silences_are_named_with_their_times_however_samples_come_in_blocks(per_
     assert imus.silence(segment, 48_000 * MS, 64_000 * MS) == (
         "without usable samples from 0.0 to 2.2 s, from 5.0 to 7.5 s, from 14.0 s on"
     )
+
+
+def test_samples_and_blocks_are_joined_in_their_order():
+    some = [sample(k * MS, Rotation.identity()) for k in range(4)]
+    block = joined([some[0], joined(some[1:3]), some[3]])
+    assert block.stamps_ns.tolist() == [each.stamp_ns for each in some]

@@ -72,7 +72,7 @@ class LiveCalibration:
                 may be worse: it had been refined before.
         """
         self.state = CalibrationState.CALIBRATED if until_final else CalibrationState.COLLECTING
-        self._awaits_final = until_final
+        self._awaits_final, self._moved_meanwhile = until_final, None
         self.selector.restart()
         self._begin()
 
@@ -113,8 +113,8 @@ class LiveCalibration:
 
     @property
     def moved(self) -> Moved | None:
-        """A sensor that has been moved since the calibration, until the views agree again."""
-        return None if self._monitors is None else self._monitors[1].moved
+        """A sensor that has been moved, until the views agree again or the next solution."""
+        return self._moved_meanwhile if self._monitors is None else self._monitors[1].moved
 
     @property
     def displacement(self) -> Mapping[str, float]:
@@ -137,14 +137,13 @@ class LiveCalibration:
     @property
     def status(self) -> str:
         """The state as a sentence: what is missing, or the accuracy reached."""
-        if self.moved is not None:
-            return f"{self.state.value}, but {self.moved}: calibrate again"
         if self.state is CalibrationState.COLLECTING:
             if self.selector.is_waiting:
                 return "collecting: several people are detected, searching one whose views agree"
-            if self._moved_meanwhile is not None:
-                return f"collecting again, {self._moved_meanwhile}; {self.missing}"
-            return f"collecting: {self.missing}"
+            again = f" again, {self.moved}" if self.moved else ""
+            return f"collecting{again}: {self.missing}"
+        if self.moved is not None:
+            return f"{self.state.value}, but {self.moved}: calibrate again"
         residuals = {} if self.extrinsics is None else self.extrinsics.residuals
         reached = [
             f"{name} within {pair.median * 100.0:.1f} cm ({pair.raw_median * 100.0:.1f} cm "

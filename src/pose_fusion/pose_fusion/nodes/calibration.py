@@ -18,6 +18,7 @@ from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extr
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.live.parameters import LiveCalibrationParameters
+from pose_calibration.live.watchdog import Moved
 from pose_core.api import Clock, Clocks, Extrinsics
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
@@ -85,6 +86,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             "imu_without_orientation",
         )
         self._trouble = ""
+        self._moved: Moved | None = None  # what was logged
         self._published_sources: tuple[str, ...] = ()
         one_each = latched(len(parameters.sensors))
         self._extrinsics_publisher = self.create_publisher(TransformStamped, "extrinsics", one_each)
@@ -160,6 +162,9 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
 
     def _add(self, persons: Persons) -> None:
         extrinsics = self.calibration.add(persons)
+        known, self._moved = self._moved, self.calibration.moved
+        if self._moved not in (known, None):
+            self.get_logger().warning(self.calibration.status)
         clocks = self.calibration.take_clocks()
         if clocks is not None:
             self._publish_clocks(clocks)
