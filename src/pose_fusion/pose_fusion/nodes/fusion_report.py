@@ -203,7 +203,7 @@ class FusionReporter:
             "the IMU on {} is published, but has sent nothing yet: check its battery and radio": (
                 unheard
             ),
-            "no samples for 0.2 s from the IMU on {}: check its battery, radio and rate": (
+            "the IMU on {} has sent nothing for 0.2 s or more: check its battery, radio and rate": (
                 self._silent_imus
             ),
             "the IMU on {} sends less than 10 samples a second, and is not used: set its rate to "
