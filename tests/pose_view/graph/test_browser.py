@@ -136,9 +136,10 @@ def test_the_slider_spans_the_page_and_no_panel_lies_over_the_picture(browser, s
     button = page.get_by_role("button", name=re.compile("Pause|Play"))
 
     def is_laid_out(width, height):
-        bar, picture, panel = (
-            part.bounding_box() for part in (slider, page.locator("canvas").first, button)
-        )
+        parts = slider, page.locator("canvas").first, button
+        bar, picture, panel = boxes = [part.bounding_box() for part in parts]
+        if None in boxes:  # while the page is laid out anew, a part may not be shown
+            return False
         below = picture["y"] + picture["height"]
         beside = panel["x"] + panel["width"] <= picture["x"] or panel["y"] >= below
         return bar["width"] > 0.5 * width and below <= bar["y"] < height and beside
