@@ -102,7 +102,7 @@ class SampleReader:
         known = {block.segments[imu] for imu in set(block.imu.tolist())}
         self.oriented |= {s: s in known or self.oriented.get(s, False) for s in datas}
         if self.check is not None:
-            every = np.broadcast_to(np.int64(arrivals_ns), sum(map(len, datas.values())))
+            every = np.broadcast_to(arrivals_ns, sum(map(len, datas.values())))
             block = self.check.imus(block, every[kept], clocks)
         return _in_order(block)
 

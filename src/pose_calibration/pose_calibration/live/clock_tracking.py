@@ -199,18 +199,17 @@ class ClockTracker:
             self.clocks[IMUS] = clock
         else:
             self.clocks.pop(IMUS, None)
-        if self._due_ns >= self._single_due_ns:
-            self._single_due_ns = self._due_ns + WINDOW_NS
-            ahead = imus_ahead(views, verticals, offset.offset_s - TRACKER_DELAY_S)
-            apart = clearly_apart(ahead, as_worn(imus.leads_s, exchanged))
-            for segment, one in ahead.items():
-                source = ONE_IMU + exchanged.get(segment, segment)
-                if self._is_own_clock(source, one.estimate_s, is_apart=segment in apart):
-                    noise_s = one.stddev_s
-                    own = replace(
-                        offset, offset_s=one.estimate_s, noise_s=noise_s, stddev_s=noise_s
-                    )
-                    self.clocks[source] = self._clock(source, own, begin_ns, TRACKER_LAG_STDDEV_S)
+        if self._due_ns < self._single_due_ns:
+            return
+        self._single_due_ns = self._due_ns + WINDOW_NS
+        ahead = imus_ahead(views, verticals, offset.offset_s - TRACKER_DELAY_S)
+        apart = clearly_apart(ahead, as_worn(imus.leads_s, exchanged))
+        for segment, one in ahead.items():
+            source = ONE_IMU + exchanged.get(segment, segment)
+            if self._is_own_clock(source, one.estimate_s, is_apart=segment in apart):
+                stddev_s = one.stddev_s
+                own = replace(offset, offset_s=one.estimate_s, noise_s=stddev_s, stddev_s=stddev_s)
+                self.clocks[source] = self._clock(source, own, begin_ns, TRACKER_LAG_STDDEV_S)
 
     def _is_own_clock(self, source: str, ahead_s: float, *, is_apart: bool) -> bool:
         """Whether a single IMU has a clock of its own, as before or as measured twice.

@@ -27,6 +27,7 @@ BLOCK_NS = NS_PER_S
 MIN_FRAMES = 8  # [-] in a block
 BLOCKS = 40  # [-] that are kept
 MIN_BEFORE, MIN_AFTER = 12, 4  # [-] blocks before and after a motion
+FEWEST = MIN_BEFORE + MIN_AFTER  # [-] blocks that are compared
 CERTAIN = 8.0  # [-] smallest step in its standard deviations
 MOST = 0.75  # [-] of the blocks after it have half of it or more
 STDDEV_M = 0.001  # [m] added to its standard deviation
@@ -83,13 +84,12 @@ class Watchdog:
         """
         for frame in frames:
             self._take(frame)
-        if len(self._blocks) < MIN_BEFORE + MIN_AFTER:
+        if len(self._blocks) < FEWEST:
             return None
         found = self._find_step(np.stack(self._blocks), MOVED_M)
-        if found is not None and found.distance > WRONG_M:
+        if found is None or found.distance > WRONG_M:
             return found
-        if found is not None:
-            self._blocks.clear()
+        self._blocks.clear()
         return None
 
     def add(self, frame: AlignedFrame) -> Moved | None:
@@ -155,11 +155,11 @@ class Watchdog:
                 self.moved = None
                 self._blocks = deque(blocks[-MIN_AFTER:], BLOCKS)
             return None
-        if len(blocks) < MIN_BEFORE + MIN_AFTER:
+        if len(blocks) < FEWEST:
             return None
-        is_own = self._own_blocks >= MIN_BEFORE + MIN_AFTER
+        is_own = self._own_blocks >= FEWEST
         self.moved = self._find_step(blocks, MOVED_M if is_own else MOVED_SINCE_M)
-        if self._own_blocks == MIN_BEFORE + MIN_AFTER and self.moved is None:
+        if is_own and self.moved is None:  # from now on, compare with this person alone
             self._blocks = deque(blocks[-self._own_blocks :], BLOCKS)
         return self.moved
 
