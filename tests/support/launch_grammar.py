@@ -125,9 +125,13 @@ def _of_attributes(where: str, element: Any, known: dict[str, Any]) -> Iterator[
             yield f"'{name}' of '{where}' is {value!r}"
         elif isinstance(value, str):
             yield from _of_text(value)
+    if str(element.get("type")).startswith("list_of_") and not isinstance(element["value"], list):
+        yield f"'value' of '{where}' is {element['value']!r}, not a list"
 
 
 def _of_text(text: str) -> Iterator[str]:
+    if re.search(r"""\$\(.* (''|"")""", text):
+        yield f"an empty argument, which is the text [], in {text!r}"
     for name in re.findall(r"\$\(\s*([^\s)]*)", text):
         if name not in SUBSTITUTIONS:
             yield f"$({name} …) in {text!r}"

@@ -66,10 +66,10 @@ def _typed(name: str, value: Any, kind: str | None, scope: Scope) -> Any:
     if isinstance(value, list):
         typed: Any = [_scalar(item, item_kind, scope) for item in value]
     elif kind != item_kind:
-        text = resolve(value, scope) if isinstance(value, str) else value
-        typed = _from_yaml(text)
-        if not isinstance(typed, list):
-            raise InputError(f"parameter '{name}' is {text!r}, expected a list")
+        raise InputError(
+            f"parameter '{name}' is {value!r}, expected a YAML list: ros2 launch accepts a"
+            " substitution that gives a list only without 'type'"
+        )
     else:
         typed = _scalar(value, kind, scope)
     if isinstance(typed, list):

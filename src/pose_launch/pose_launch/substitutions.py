@@ -71,9 +71,15 @@ class _Resolver:
             quote = self._text[self._at : self._at + 1]
             if quote in ("'", '"'):
                 self._at += 1
+                start = self._at
                 arguments.append(_joined(self.pieces(quote)))
                 if self._at >= len(self._text):
                     raise self._error(f"has an open {quote}")
+                if self._at == start:
+                    raise self._error(
+                        f"has an argument {2 * quote}, which ros2 launch reads as []:"
+                        " compare x$(…) with x"
+                    )
                 self._at += 1
             else:
                 arguments.append(_joined(self.pieces(" )")))

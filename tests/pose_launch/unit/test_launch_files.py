@@ -108,7 +108,7 @@ def test_a_printed_command_is_a_shell_line(evaluate):
         ("{name: x, value: [a, b]}", ["a", "b"]),
         ("{name: x, value: [1, 2.5]}", [1.0, 2.5]),
         ('{name: x, value: "$(var list)"}', ["left", "right"]),
-        ('{name: x, value: "$(var list)", type: "list_of_str"}', ["left", "right"]),
+        ('{name: x, value: ["$(var number)"], type: "list_of_str"}', ["7"]),
     ],
 )
 def test_a_value_keeps_its_type(evaluate, entry, expected):
@@ -133,6 +133,7 @@ def test_a_value_keeps_its_type(evaluate, entry, expected):
         ("{name: x}", "parameter 'x' lacks 'value'"),
         ("{value: 1}", "either 'from' or 'name'"),
         ('{name: x, value: "seven", type: "int"}', "not of type int"),
+        ('{name: x, value: "[a, b]", type: "list_of_str"}', "only without 'type'"),
         ('{name: x, value: "1", type: "number"}', "is not one of bool, int"),
         ("{from: nowhere.yaml}", "found no parameter file nowhere.yaml"),
         ("{name: x, value: 1, unit: m}", "'unit', which is not supported"),

@@ -50,6 +50,7 @@ def test_a_package_is_found_in_its_prefix():
         ("$(var)", "has 0 arguments, expected 1"),
         ("$(var rate", r"without its '\)'"),
         ("$(var 'rate)", "has an open '"),
+        ("$(equals x '')", r"which ros2 launch reads as \[\]"),
         ("$()", "without a name"),
         ("$(command 'no_such_program_anywhere')", "cannot run"),
         ("$(command 'sh -c \"echo oops >&2; exit 3\"')", "exit code 3, it said: oops"),

@@ -45,6 +45,11 @@ def test_nodes_of_a_launch_file_are_respawned(file):
         ("- node: {pkg: a}", "'node' lacks 'exec'"),
         ("- node: {pkg: a, exec: b, params: []}", "has no attribute 'params'"),
         ("- node: {pkg: a, exec: b, param: [{value: $(dirname)}]}", r"\$\(dirname …\)"),
+        (
+            "- node: {pkg: a, exec: b, param: [{name: x, value: $(var y), type: list_of_str}]}",
+            "'value' of 'param' is '$(var y)', not a list",
+        ),
+        ("- let: {name: x, value: $(equals $(var y) '')}", "an empty argument"),
         ("- group: {scoped: 'false', children: []}", "'scoped' of 'group' is 'false'"),
         ("- group: [{nod: {}}]", "no action 'nod'"),
         ("- include: {file: $(dirname)/x.yaml}", r"\$\(dirname …\)"),
