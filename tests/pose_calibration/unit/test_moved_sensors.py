@@ -14,16 +14,17 @@ HALF_S = 50.0
 HALF_NS = 50_000_000_000
 
 
-def recording(after, poses=POSES):
-    """Samples with the first poses, then with those after the motion."""
-    first = frames(duration_s=HALF_S, noise=0.02, seed=1, poses=poses)
-    second = frames(duration_s=HALF_S, noise=0.02, seed=2, poses=after)
-    start_ns = first[0].stamp_ns + HALF_NS - second[0].stamp_ns
-    later = [
-        {name: replace(one, stamp_ns=one.stamp_ns + start_ns) for name, one in each.items()}
-        for each in (frame.samples for frame in second)
-    ]
-    return by_sensor([*(frame.samples for frame in first), *later])
+def recording(*poses):
+    """Samples with each of these poses in turn."""
+    found = []
+    for part, each in enumerate(poses):
+        walk = frames(duration_s=HALF_S, noise=0.02, seed=1 + part, poses=each)
+        for frame in walk:
+            later = frame.samples.items()
+            found.append(
+                {n: replace(one, stamp_ns=one.stamp_ns + part * HALF_NS) for n, one in later}
+            )
+    return by_sensor(found)
 
 
 def by_sensor(frames):
@@ -39,7 +40,7 @@ def bumped(sensor, poses=POSES):
 
 
 def test_a_camera_bumped_by_one_degree_is_found_within_a_window():
-    (moved,) = find_moved(recording(bumped("right")), extrinsics_from_map(POSES))
+    (moved,) = find_moved(recording(POSES, bumped("right")), extrinsics_from_map(POSES))
     assert moved.sensors == ("left", "right")
     assert moved.at_s == pytest.approx(HALF_S, abs=10.0)
     assert np.degrees(moved.angle) == pytest.approx(1.0, abs=0.4)
@@ -49,12 +50,22 @@ def test_a_camera_bumped_by_one_degree_is_found_within_a_window():
 @pytest.mark.parametrize("sensor", ["left", "back"])
 def test_of_three_sensors_the_moved_one_is_named(sensor):
     poses = {**POSES, "back": sensor_pose(5.0, 0.5, 1.1, 170.0)}
-    (moved,) = find_moved(recording(bumped(sensor, poses), poses), extrinsics_from_map(poses))
+    (moved,) = find_moved(recording(poses, bumped(sensor, poses)), extrinsics_from_map(poses))
     assert moved.sensors == (sensor,)
 
 
+@pytest.mark.parametrize("sensor", ["left", "back"])
+def test_each_motion_is_named(sensor):
+    poses = {**POSES, "back": sensor_pose(5.0, 0.5, 1.1, 170.0)}
+    once = bumped(sensor, poses)
+    walked = recording(poses, once, bumped(sensor, once))
+    moved = find_moved(walked, extrinsics_from_map(poses))
+    assert [each.sensors for each in moved] == [(sensor,)] * 2
+    assert [each.at_s for each in moved] == pytest.approx([HALF_S, 2.0 * HALF_S], abs=10.0)
+
+
 def test_sensors_that_stand_still_are_not_named():
-    assert find_moved(recording(POSES), extrinsics_from_map(POSES)) == ()
+    assert find_moved(recording(POSES, POSES), extrinsics_from_map(POSES)) == ()
 
 
 def test_a_short_recording_says_nothing():

@@ -16,14 +16,15 @@ def test_an_imu_in_use_says_since_when():
         has_moved=True,
         is_aligned=True,
         start_ns=10**18,
-        first_ns=10**18 + 3_500_000_000,
-        aligned_ns=10**18 + 3_500_000_000,
+        alignments_ns=[10**18 + 3_500_000_000],
         frames=200,
         frames_used=180,
     )
     assert str(use).startswith("torso: used from 3.5 s on, for 90 % of frames, tilt known to")
     use.note_aligned(10**18 + 8 * 10**9)
-    assert str(use).startswith("torso: used from 3.5 s on (aligned last at 8.0 s), for 90 %")
+    use.note_aligned(10**18 + 30 * 10**9)
+    assert str(use).startswith("torso: used from 3.5 s on (aligned again at 8.0, 30.0 s), for 90 %")
+    assert use.aligned_ns == 10**18 + 30 * 10**9
 
 
 def test_an_imu_that_never_took_part_was_never_used():

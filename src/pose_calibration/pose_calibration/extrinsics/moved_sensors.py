@@ -36,6 +36,7 @@ WINDOW_S = 10.0
 COMPARED_HZ = 14.0  # [Hz] of the instants at which views are compared
 MIN_INSTANTS = 40  # [-] in a window
 MIN_JOINTS = 4  # [-] at an instant
+SAME_S = 2.0 * WINDOW_S  # [s] between steps of two views that are one motion, of the reference
 MIN_WINDOWS = 3  # [-] before and after
 HUBER_M = 0.04  # [m] residual from which on a joint has less weight
 ITERATIONS = 5
@@ -141,15 +142,19 @@ def _moved(views: Views, reference: str) -> tuple[MovedDuring, ...]:
     """See :func:`find_moved`."""
     found = []
     for other, (starts_s, corrections) in views.items():
-        step = _step(corrections)
-        if step is not None:
-            angle, distance = _sizes(step[1])
-            at_s = float(starts_s[step[0]])
+        for first, change in _steps(corrections):
+            angle, distance = _sizes(change)
+            at_s = float(starts_s[first])
             found.append(MovedDuring(sensors=(other,), at_s=at_s, angle=angle, distance=distance))
-    if found and len(found) == len(views):  # of two views either may have moved
-        sensors = (reference, *views) if len(views) == 1 else (reference,)
-        return (replace(found[0], sensors=sensors),)
-    return tuple(found)
+    told: list[MovedDuring] = []
+    for one in sorted(found, key=lambda one: one.at_s):
+        moved = {each.sensors for each in found if abs(each.at_s - one.at_s) <= SAME_S}
+        if len(moved) == len(views):  # of two views either may have moved
+            one = replace(one, sensors=(reference, *views) if len(views) == 1 else (reference,))
+            if told and told[-1].sensors == one.sensors and one.at_s - told[-1].at_s <= SAME_S:
+                continue
+        told.append(one)
+    return tuple(told)
 
 
 def _displaced(views: Views, reference: str) -> tuple[Displaced, ...]:
@@ -210,6 +215,28 @@ def _correction(joints: FloatArray, centre: FloatArray) -> FloatArray:
         residual = np.linalg.norm(difference - design @ solution, axis=1)
         weight = 1.0 / np.maximum(residual / HUBER_M, 1.0)
     return np.asarray(solution)
+
+
+def _steps(corrections: FloatArray) -> list[tuple[int, FloatArray]]:
+    """The first window after each clear step, and the step, (6,)."""
+    found, begin = [], 0
+    # Of a stair, the first split may lie between two steps: each is searched again between others.
+    for end in [*_splits(corrections)[1:], len(corrections)]:
+        step = _step(corrections[begin:end])
+        if step is not None:
+            begin += step[0]
+            found.append((begin, step[1]))
+    return found
+
+
+def _splits(corrections: FloatArray) -> list[int]:
+    """Windows at which the corrections are split, each time at the clearest step of a part."""
+    found = _step(corrections)
+    if found is None:
+        return []
+    split = found[0]
+    after = (split + each for each in _splits(corrections[split:]))
+    return [*_splits(corrections[:split]), split, *after]
 
 
 def _step(corrections: FloatArray) -> tuple[int, FloatArray] | None:

@@ -1,6 +1,6 @@
 """State of use of an IMU: since when it is used, its alignment, or why it is not used."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -8,6 +8,7 @@ from pose_core.arrays import FloatArray
 from pose_core.stamps import NS_PER_S
 
 NOISY = 5.0  # [-] factor of its noise from which an IMU is named
+MOST_SHOWN = 8  # [-] alignments
 DRIFTING = np.radians(1.0)  # [rad/s] the same of its heading's drift
 
 
@@ -19,8 +20,7 @@ class ImuUse:
     has_moved: bool = False  # whether it has turned by 8° since it was first heard, or slipped
     is_aligned: bool = False
     start_ns: int = 0  # [ns] stamp of the first sample of any source
-    first_ns: int | None = None  # [ns] stamp from which on it was used
-    aligned_ns: int | None = None  # [ns] stamp of its last alignment
+    alignments_ns: list[int] = field(default_factory=list)  # [ns] stamps from which on it was used
     frames: int = 0  # also those without a sample of it
     frames_used: int = 0
     contradictions: int = 0  # times that it had slipped or did not fit, and was aligned again
@@ -37,9 +37,13 @@ class ImuUse:
 
     def note_aligned(self, stamp_ns: int) -> None:
         """Note that it is used from an instant [ns] on."""
-        self.is_aligned, self.aligned_ns = True, stamp_ns
-        if self.first_ns is None:
-            self.first_ns = stamp_ns
+        self.is_aligned = True
+        self.alignments_ns.append(stamp_ns)
+
+    @property
+    def aligned_ns(self) -> int | None:
+        """Stamp of its last alignment [ns]."""
+        return self.alignments_ns[-1] if self.alignments_ns else None
 
     def note_variance(self, variance: FloatArray) -> None:
         """Note the variances of its alignment and heading, (4,) [rad²]."""
@@ -86,12 +90,12 @@ class ImuUse:
         noisy = f"; {times_noise}, so it counts less: see its strap, its clock and its filter"
         drift = f"its heading drifts by {np.degrees(abs(self.heading_drift)):.1f}°/s"
         drifting = f"; {drift}, which is corrected: have its gyroscope's bias estimated at rest"
-        first_ns = self.first_ns or self.start_ns
-        since_s = (first_ns - self.start_ns) / NS_PER_S
-        last_s = ((self.aligned_ns or first_ns) - self.start_ns) / NS_PER_S
-        last = f" (aligned last at {last_s:.1f} s)" if last_s > since_s else ""
+        since, *again = (
+            f"{(ns - self.start_ns) / NS_PER_S:.1f}" for ns in self.alignments_ns or [self.start_ns]
+        )
+        times_again = f" (aligned again at {', '.join(again[-MOST_SHOWN:])} s)" if again else ""
         return (
-            f"{self.segment}: used from {since_s:.1f} s on{last}, {share}, "
+            f"{self.segment}: used from {since} s on{times_again}, {share}, "
             f"tilt known to {tilt:.1f}°, turn to {turn:.1f}°, heading to {heading:.1f}°"
             + (anew if self.contradictions else "")
             + (noisy if self.noise > NOISY else "")

@@ -85,10 +85,11 @@ def _pelvis(motion: BodyMotion, model: OpenSimModel) -> dict[str, FloatArray]:
     """Tilt about z, list about x, rotation about y; position of the model's pelvis."""
     R_map_body = Rotation.from_rotvec(motion.dof[:, 3:6]).as_matrix()
     R_ground_pelvis = R_opensim_map @ R_map_body @ R_opensim_map.T
-    angles = Rotation.from_matrix(R_ground_pelvis).as_euler("ZXY")
+    tilt, list_, rotation = Rotation.from_matrix(R_ground_pelvis).as_euler("ZXY").T
     hips = motion.dof[:, :3] @ R_opensim_map.T
     origin = hips - R_ground_pelvis @ np.array(model.hips_in_pelvis)
-    values = [*(np.degrees(unwrapped(angle)) for angle in angles.T), *origin.T]
+    # Only turns of the person are counted: tilt would not come back from one near the lock.
+    values = [*np.degrees([tilt, list_, unwrapped(rotation)]), *origin.T]
     return dict(zip(PELVIS, values, strict=True))
 
 
