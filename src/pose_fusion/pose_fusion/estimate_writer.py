@@ -1,5 +1,7 @@
 """Writes everybody's estimates of a recording into a bag."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,7 @@ from pose_fusion.conversions import body_topics, to_bag_message, to_static_tf, t
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_io.bag_writer import BagWriter
 from pose_io.message_maker import MessageMaker
-from pose_io.names import TF_STATIC
+from pose_io.names import DIAGNOSTICS, FUSE_STATUS, TF_STATIC
 
 
 class EstimateWriter:
@@ -19,13 +21,15 @@ class EstimateWriter:
     def __init__(self, writer: BagWriter, pipeline: PeoplePipeline) -> None:
         self._writer = writer
         self._pipeline = pipeline
-        self._make = MessageMaker(writer.typestore).make
+        maker = MessageMaker(writer.typestore)
+        self._make, self._header = maker.make, maker.header
         self._bytes: dict[str, EstimateBytes] = {}
         self._begin_ns = 0  # [ns] stamp of the first sample
         self._urdf: dict[str, object] = {}  # the measures that were written last, by id
         self._stamps_ns: list[NDArray[np.int64]] = []  # of the subject's estimates
         self._sources: list[NDArray[np.uint8]] = []  # of any of its degrees of freedom
         writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
+        writer.add_topic(DIAGNOSTICS, "diagnostic_msgs/msg/DiagnosticArray")
 
     def write(self, body_id: str, block: EstimateBlock) -> None:
         """Append all messages of one person's estimates, stamped with their instants."""
@@ -62,6 +66,25 @@ class EstimateWriter:
             for topic, msgtype, data, size in topics:
                 message = data[index * size : (index + 1) * size]
                 self._writer.write_serialized(topic, msgtype, message, stamp_ns)
+
+    def write_lines(self, lines: Iterable[str]) -> None:
+        """Append what was said about the recording, as one status of ``/diagnostics``."""
+        stamp_ns = int(self._stamps_ns[-1][-1])
+        values = [
+            self._make("diagnostic_msgs/KeyValue", key=str(number), value=line)
+            for number, line in enumerate(lines, start=1)
+        ]
+        status = self._make(
+            "diagnostic_msgs/DiagnosticStatus",
+            level=0,
+            name=FUSE_STATUS,
+            message="what became of the recording's data",
+            hardware_id="",
+            values=values,
+        )
+        header = self._header(stamp_ns)
+        array = self._make("diagnostic_msgs/DiagnosticArray", header=header, status=[status])
+        self._writer.write(DIAGNOSTICS, array, stamp_ns)
 
     @property
     def unseen(self) -> str:

@@ -1,10 +1,9 @@
 """The sensors of a recorded bag and their extrinsics, for the offline tools."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-
-from rich.console import Console
+from typing import TypeAlias
 
 from pose_calibration.files.extrinsics_file import load_extrinsics, load_extrinsics_of
 from pose_calibration.geometry.rigid_transform import CalibrationError
@@ -18,6 +17,9 @@ from pose_io.clock_messages import read_clocks
 from pose_io.topics import sensor_topics
 
 MOTION = "the motion in the bag"
+
+Say: TypeAlias = Callable[[str], object]
+"""Takes a line to the user."""
 
 
 def checked_sensors(
@@ -55,7 +57,7 @@ def recorded_extrinsics(bag: BagReader, sensors: Sequence[str]) -> Extrinsics | 
 def find_extrinsics(
     bag: BagReader,
     sensors: tuple[str, ...],
-    console: Console,
+    say: Say,
     extrinsics_file: str = "",
     *,
     imus: bool = True,
@@ -79,19 +81,17 @@ def find_extrinsics(
         if known is None:
             one = len(sensors) == 1
             what = "the camera's tilt and height" if one else "them"
-            console.print(f"extrinsics: none in the bag, estimating {what} from its motion")
+            say(f"extrinsics: none in the bag, estimating {what} from its motion")
             session = calibrate_people(BagFrames(bag, imus=imus), sensors)
             lines = (session.people_line, *extrinsics_lines(session.extrinsics, MOTION))
             for line in filter(None, (*lines, *map(str, session.moved))):
-                console.print(line, soft_wrap=True)
+                say(line)
             return session.extrinsics
-        console.print("extrinsics: from the bag's /tf_static")
-    return _complete_from_motion(bag, known, console, imus=imus)
+        say("extrinsics: from the bag's /tf_static")
+    return _complete_from_motion(bag, known, say, imus=imus)
 
 
-def _complete_from_motion(
-    bag: BagReader, known: Extrinsics, console: Console, *, imus: bool
-) -> Extrinsics:
+def _complete_from_motion(bag: BagReader, known: Extrinsics, say: Say, *, imus: bool) -> Extrinsics:
     """Add what known extrinsics lack; say which clocks are used, and which sensor was moved."""
     is_incomplete = not known.clocks or known.body is None
     frames, found = list(BagFrames(bag, imus=imus and is_incomplete)), known
@@ -99,10 +99,10 @@ def _complete_from_motion(
         try:
             found = complete(frames, known)
         except CalibrationError as error:
-            console.print(f"clocks and body measures: not estimated from the motion ({error})")
+            say(f"clocks and body measures: not estimated from the motion ({error})")
     if found.clocks:
         source = "as recorded" if known.clocks else f"by {MOTION}"
-        console.print(clocks_line(found, source), soft_wrap=True)
+        say(clocks_line(found, source))
     for moved in moved_sensors(frames, found):
-        console.print(str(moved), soft_wrap=True)
+        say(str(moved))
     return found

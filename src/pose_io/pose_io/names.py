@@ -4,6 +4,8 @@ import re
 
 WORLD_FRAME = "map"
 TF_STATIC = "/tf_static"
+DIAGNOSTICS = "/diagnostics"
+FUSE_STATUS = "fuse"  # name of the status in which a fused bag holds what was said about it
 SKELETON_ARRAY = "pose_msgs/msg/SkeletonArray"  # type of a Kinect's frames
 SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
 BODIES = "/humans/bodies/"  # before a body's id

@@ -64,6 +64,21 @@ def test_of_several_publishers_nothing_is_counted(inbox, publisher, ros_context,
     assert inbox.take_lost() == {}
 
 
+def test_a_publisher_that_comes_and_leaves_between_two_calls_makes_no_losses(
+    inbox, publisher, ros_context, spin_until
+):
+    receive(inbox, publisher, spin_until, 20)
+    node = ros_context.make_node("other")
+    second = node.create_publisher(String, "text", sensor_data(100))
+    spin_until(second.get_subscription_count, what="discovery")
+    receive(inbox, second, spin_until, 1)
+    node.destroy_publisher(second)
+    queue = inbox.queues["one"].subscription
+    spin_until(lambda: queue.get_publisher_count() == 1, what="the departure")
+    receive(inbox, publisher, spin_until, 2)
+    assert inbox.take_lost() == {}
+
+
 def test_a_publisher_that_has_left_makes_no_losses(inbox, publisher, ros_context, spin_until):
     node = ros_context.make_node("other")
     second = node.create_publisher(String, "text", sensor_data(100))

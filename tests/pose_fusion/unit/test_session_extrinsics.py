@@ -1,10 +1,7 @@
 """The sensors of a bag, and their extrinsics for the offline tools (synthetic)."""
 
-from io import StringIO
-
 import numpy as np
 import pytest
-from rich.console import Console
 from session_bag import write_session
 from synthetic_body import extrinsics
 from worn_imus import merged, moving_wearer
@@ -36,7 +33,7 @@ def test_sensors_that_are_not_named_come_in_the_order_of_the_extrinsics_file(bag
 def test_a_file_of_more_sensors_serves_for_some_of_them(bag, tmp_path):
     path = tmp_path / "extrinsics.yaml"
     save_extrinsics(path, extrinsics())
-    found = find_extrinsics(bag, ("right",), Console(file=StringIO()), str(path), imus=False)
+    found = find_extrinsics(bag, ("right",), lambda _: None, str(path), imus=False)
     assert found.sensors == ("right",)
     np.testing.assert_allclose(
         found.T_map_sensor("right"), extrinsics().T_map_sensor("right"), atol=1e-5
@@ -46,6 +43,6 @@ def test_a_file_of_more_sensors_serves_for_some_of_them(bag, tmp_path):
 @pytest.mark.parametrize("imus", [True, False])
 def test_the_vertical_comes_from_imus_only_where_they_are_used(bag, imus, monkeypatch):
     monkeypatch.setattr(imu_gravity, "IMUS_COUNT_BELOW", 2.0)  # however little they improve it
-    console = Console(file=StringIO(), width=200)
-    find_extrinsics(bag, ("left", "right"), console, imus=imus)
-    assert ("body-worn IMUs" in console.file.getvalue()) == imus
+    said = []
+    find_extrinsics(bag, ("left", "right"), said.append, imus=imus)
+    assert any("body-worn IMUs" in line for line in said) == imus

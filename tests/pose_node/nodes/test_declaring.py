@@ -16,6 +16,7 @@ class Parameters:
     names: tuple[str, ...] = parameter((), doc="some names")
     rate: float = parameter(30.0, unit="Hz", doc="how often", limits=(1.0, 240.0))
     count: int = parameter(3, doc="how many")
+    name: str = parameter("", doc="a name")
 
 
 def declare(ros_context, **values):
@@ -53,6 +54,10 @@ def test_an_integer_is_accepted_for_a_double(ros_context):
 
     assert rate == 60.0
     assert isinstance(rate, float)
+
+
+def test_an_integer_is_accepted_for_a_text(ros_context):
+    assert declare(ros_context, name=3).name == "3"
 
 
 def test_an_integer_outside_the_range_of_a_double_is_refused_by_name(ros_context):

@@ -63,6 +63,8 @@ class MessageQueue:
         number = info.get("publication_sequence_number") or 0
         if 0 < self.newest < number:
             self._lost += number - self.newest - 1
+        elif 0 < number < self.newest:  # another publisher's, which may have left again
+            self._mixed_calls = 2
         self.newest = number
 
     @property

@@ -114,8 +114,8 @@ def main(arguments: list[str]) -> None:
     if given.in_bag is not None:
         with open_bag(given.in_bag, given.remap) as bag:
             checked_sensors(bag, parameters.sensors)
-            console = Console(stderr=True)
-            placed = extrinsics or find_extrinsics(bag, parameters.sensors, console)
+            say = partial(Console(stderr=True).print, soft_wrap=True)
+            placed = extrinsics or find_extrinsics(bag, parameters.sensors, say)
             result = _run_with_progress(lambda show: calibrate_bag(bag, parameters, placed, show))
     else:
         from pose_fusion.nodes.live_imu_calibration import calibrate_imus_live  # ROS only here

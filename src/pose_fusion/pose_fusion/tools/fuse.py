@@ -27,7 +27,7 @@ from pose_core.parameters import add_arguments, from_mapping, specs, values_from
 from pose_fusion.estimate_writer import EstimateWriter
 from pose_fusion.fusion_lines import closing_lines
 from pose_fusion.parameters import FusionNodeParameters
-from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
+from pose_fusion.session_extrinsics import Say, checked_sensors, find_extrinsics
 from pose_fusion.tools.compiling import prepare_visibly
 from pose_io.bag_samples import BagFrames
 from pose_io.bag_writer import STORAGES, BagWriter
@@ -101,12 +101,12 @@ def fuse(
     *,
     storage: str = "mcap",
     console: Console | None = None,
-) -> tuple[PeoplePipeline, str]:
+) -> tuple[PeoplePipeline, Sequence[str]]:
     """Fuse a bag into a new one.
 
     Returns:
-        The chain, for its counts and for what became of the IMUs; and a line about when no camera
-        saw the subject, empty if one always did.
+        The pipeline, for its counts; and the closing lines, about what became of the data. The new
+        bag holds them, too, with the lines printed before, in ``/diagnostics``.
 
     Raises:
         InputError: If the bag gives no estimates, or the new one cannot be written.
@@ -120,6 +120,12 @@ def fuse(
             f"{name} does not exist, or has no IMUs' alignments: make it with ./pose calibrate imu "
             f"BAG -o {name}, or leave --imus-file out"
         )
+    said: list[str] = []
+
+    def say(line: str) -> None:
+        said.append(line)
+        console.print(line, soft_wrap=True)
+
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
     gc.freeze()  # the garbage collector need not visit the imported modules again and again
     with BagWriter(out_bag, storage) as writer:
@@ -127,14 +133,19 @@ def fuse(
             extrinsics = find_extrinsics(
                 bag,
                 parameters.sensors,
-                console,
+                say,
                 parameters.extrinsics_file,
                 imus=parameters.use_imus,
             )
         if alignments:
-            console.print(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
+            say(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
         with progress_bar(console, TimeRemainingColumn()) as progress:
-            return _fuse(bag, writer, parameters, extrinsics, alignments, progress)
+            pipeline, output = _fuse(bag, writer, parameters, extrinsics, alignments, progress, say)
+        unread = () if parameters.use_imus else imu_topics(bag)
+        closing = (*bag.remarks, output.unseen, *closing_lines(pipeline, unread))
+        lines = [line for line in closing if line]
+        output.write_lines([*said, *lines])
+    return pipeline, lines
 
 
 def _fuse(
@@ -144,7 +155,8 @@ def _fuse(
     extrinsics: Extrinsics,
     alignments: SensorsToSegments,
     progress: Progress,
-) -> tuple[PeoplePipeline, str]:
+    say: Say,
+) -> tuple[PeoplePipeline, EstimateWriter]:
     """The passes over a bag whose calibration is known; see :func:`fuse`."""
     before = first_pass(parameters) if imu_topics(bag) else None
     if before is not None:
@@ -158,13 +170,13 @@ def _fuse(
     )
     output = EstimateWriter(writer, pipeline)
     for line in add_all(pipeline, bag, progress, "fusing"):
-        progress.console.print(line, soft_wrap=True)
+        say(line)
     if not pipeline.estimates:
         raise InputError(f"{bag.path} {_reason_for_no_pose(pipeline)}")
     path, shape = Path(parameters.shape_file), pipeline.subject.shape
     if parameters.shape_file and shape is not None and not path.exists():
         save_body_shape(path, pipeline.subject.model, shape, parameters.subject)
-    return pipeline, output.unseen
+    return pipeline, output
 
 
 def _reason_for_no_pose(pipeline: PeoplePipeline) -> str:
@@ -224,21 +236,19 @@ def run() -> int | None:
                 f"sensors: {', '.join(parameters.sensors)}; not used: {', '.join(unused)}"
             )
         try:
-            pipeline, unseen = fuse(
+            pipeline, lines = fuse(
                 bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
             )
         except PoseError:  # what was left out may be the cause
             for line in bag.remarks:
                 console.print(line, soft_wrap=True)
             raise
-        unread = () if parameters.use_imus else imu_topics(bag)
     print(
         f"{arguments.out_bag}: {sum(pipeline.estimates.values())} estimates from "
         f"{pipeline.skeletons} skeletons and {pipeline.imu_samples} IMU samples"
     )
-    for line in (*bag.remarks, unseen, *closing_lines(pipeline, unread)):
-        if line:
-            print(f"  {line}")
+    for line in lines:
+        print(f"  {line}")
     return None
 
 

@@ -75,10 +75,10 @@ def declare_parameters(
 
 
 def as_declared(given: Parameter, known: Mapping[str, tuple[Any, ParameterSpec]]) -> Parameter:
-    """Convert a parameter to its declared type: an integer is accepted for a double."""
+    """Convert a parameter to its declared type: an integer is accepted for a double or a text."""
     default, _ = known.get(given.name, (None, None))
-    if isinstance(default, float) and given.type_ == Parameter.Type.INTEGER:
-        return Parameter(given.name, Parameter.Type.DOUBLE, float(given.value))
+    if isinstance(default, float | str) and given.type_ == Parameter.Type.INTEGER:
+        return Parameter(given.name, value=type(default)(given.value))
     return given
 
 

@@ -1,8 +1,9 @@
 """One bag, read for the report: its methods, and the chosen estimators run over its streams."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
 from pose_evaluation.offline import IMU_ENDING, known_setups, run_methods
 from pose_io.bag_samples import BagSamples, read_estimates
 from pose_io.bags import BagReader, Progress
+from pose_io.names import FUSE_STATUS
 from pose_io.topics import imu_topics, sensor_topics
 
 PREFERRED = (FUSED, "default+imus", "default", "li2020", "joint_kf", MEAN)
@@ -136,12 +138,16 @@ def preferred(names: Sequence[str]) -> str:
 
 def comment_of(bag: BagReader) -> str:
     """Comment of the source of a bag's skeletons, from its bridge's report."""
-    for message in bag.messages(bag.topics_of_type("diagnostic_msgs/msg/DiagnosticArray")):
-        for status in bag.deserialize(message).status:
-            for pair in status.values:
-                if pair.key == COMMENT_KEY and pair.value:
-                    return str(pair.value)
+    for status in _statuses(bag):
+        for pair in status.values:
+            if pair.key == COMMENT_KEY and pair.value:
+                return str(pair.value)
     return ""
+
+
+def _statuses(bag: BagReader) -> Iterator[Any]:
+    for message in bag.messages(bag.topics_of_type("diagnostic_msgs/msg/DiagnosticArray")):
+        yield from bag.deserialize(message).status
 
 
 @dataclass(kw_only=True)
@@ -201,6 +207,10 @@ def _estimate(
     if FUSED in own:
         result.methods[FUSED] = own[FUSED]
         result.estimates[FUSED] = read_estimates(bag, wanted.body)
+        if not sensors:  # it was fused by ./pose fuse
+            said = (s.values for s in _statuses(bag) if s.name == FUSE_STATUS)
+            lines = (pair.value for values in said for pair in values)
+            result.notes += [f"{line[0].upper()}{line[1:]}." for line in lines]
     result.views = {name: result.methods[name] for name in sensors}
     for name in [name for name, series in result.methods.items() if len(series) < 2]:
         result.notes.append(f"{name} gave no pose, and is left out.")

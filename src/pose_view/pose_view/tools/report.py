@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
@@ -128,7 +129,8 @@ def run() -> int | None:
 
     def placed(bag: BagReader, sensors: tuple[str, ...]) -> Extrinsics:
         sensors = checked_sensors(bag, (), options.extrinsics_file) if sensors else sensors
-        return find_extrinsics(bag, sensors, console, options.extrinsics_file)
+        say = partial(console.print, soft_wrap=True)
+        return find_extrinsics(bag, sensors, say, options.extrinsics_file)
 
     with open_bag(options.bag) as bag, progress_bar(console, TimeRemainingColumn()) as progress:
         task = progress.add_task("reading", total=None)

@@ -6,6 +6,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -142,7 +143,8 @@ def read(
             return recorded
         fusion = PipelineParameters(sensors=tuple(sensor_topics(bag)), person=person)
         try:
-            extrinsics = find_extrinsics(bag, fusion.sensors, console)
+            say = partial(console.print, soft_wrap=True)
+            extrinsics = find_extrinsics(bag, fusion.sensors, say)
         except PoseError as error:
             print(f"without {', '.join(missing)}: {error}", file=sys.stderr)
             return recorded
