@@ -314,4 +314,5 @@ def test_a_camera_that_is_lost_and_comes_back_is_logged_once_each(make_placed_fu
         node._check_sources()
         node.report()
     told = [(level, "right does not show" in text) for level, text in log.lines]
-    assert told == [("info", False), ("warning", True), ("info", False)]
+    assert told == [("info", False), ("info", False), ("warning", True), ("info", False)]
+    assert "measuring the body" in log.lines[0][1]

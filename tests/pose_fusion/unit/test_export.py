@@ -143,8 +143,8 @@ def test_csv_leaves_unknown_angles_and_what_turns_with_them_empty(
         assert [index for index, row in enumerate(rows) if not row[column]] == [10, 11, 12]
     assert all(row["segment_left_thigh_qw"] and row["left_knee_x_m"] for row in rows)
     assert capsys.readouterr().out.splitlines()[1] == (
-        "angles unknown to the fusion in 15 of 30 frames, for up to 0.5 s (neck_flexion, "
-        "left_knee_flexion): their cells are empty"
+        "angles unknown to the fusion in 15 of 30 frames, for up to 0.5 s, from 0.2 s on "
+        "(neck_flexion, left_knee_flexion): their cells are empty"
     )
 
 
@@ -157,7 +157,10 @@ def test_formats_without_gaps_say_which_angles_they_interpolate(
     assert export(monkeypatch, partly_unknown[0], *words) == 0
 
     output = capsys.readouterr().out
-    assert "angles unknown to the fusion in 31 of 59 frames, for up to 0.5 s (neck_fl" in output
+    assert (
+        "angles unknown to the fusion in 31 of 59 frames, for up to 0.5 s, from 0.2 s on (neck"
+        in output
+    )
     assert "left_knee_flexion): they are interpolated" in output
 
 

@@ -16,6 +16,7 @@ from pose_core.streams.repeated_frames import FROZEN_FRAMES
 from pose_fusion.tools import fuse
 from pose_io.bag_samples import read_estimates
 from pose_io.bags import open_bag
+from pose_view.report.report_data import Wanted, read_report_data
 
 DURATION_S = 9.0
 LIES = "left_forearm"
@@ -28,6 +29,10 @@ def bag(tmp_path_factory):
     placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
     samples = [replace(first[LIES], stamp_ns=s.stamp_ns) if s.segment == LIES else s for s in imus]
     return write_session(tmp_path_factory.mktemp("fuse") / "in", merged(skeletons, samples), placed)
+
+
+def not_placed(*_):
+    raise InputError("of no sensor")
 
 
 @pytest.mark.parametrize(
@@ -44,6 +49,11 @@ def test_fuse_prints_one_line_for_each_imu(bag, tmp_path, monkeypatch, capsys, a
     assert sorted(told) == sorted(IMU_SEGMENTS)
     assert reason in told[LIES]
     assert ("used from" in told["left_thigh"]) == (not arguments)
+
+    with open_bag(tmp_path / "out") as fused:
+        wanted = Wanted(name="fused")
+        read = read_report_data(fused, wanted, not_placed, lambda _: None)
+    assert {line.strip() for line in printed[1:]} <= set(read.said)
 
 
 def test_a_session_file_that_does_not_exist_is_an_error(bag, tmp_path, monkeypatch):

@@ -77,7 +77,10 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._static_transforms = StaticTransforms()
         self._shared: dict[str, int] = {}
         """Number of reports in a row in which a topic had several publishers."""
-        self._logged: tuple[frozenset[str] | None, float] = None, 0.0  # sources, when [s]
+        self._logged: tuple[frozenset[str] | None, float] = (
+            None,
+            time.monotonic(),
+        )  # sources, when [s]
         self._simulated_time = SimulatedTime(self.get_clock())
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
@@ -294,13 +297,13 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         return report
 
     def _log_change(self, report: Report) -> None:
-        """Log the report if other sources are unusable than those that were logged last."""
-        trouble, now_s = self._reporter.trouble, time.monotonic()
-        if self.pipeline.status != "tracking" or trouble == self._logged[0]:
-            return
-        if now_s - self._logged[1] >= LOG_PERIOD_S:
+        """Log what the node waits for, or that other sources are unusable than logged last."""
+        status, now_s = self.pipeline.status, time.monotonic()
+        is_waiting = status != "tracking"
+        trouble = frozenset({status}) if is_waiting else self._reporter.trouble
+        if trouble != self._logged[0] and now_s - self._logged[1] >= LOG_PERIOD_S:
             self._logged = trouble, now_s
-            if report.level is Level.OK:  # rclpy wants one severity at each call
+            if is_waiting or report.level is Level.OK:  # rclpy wants one severity at each call
                 self.get_logger().info(report.message)
             else:
                 self.get_logger().warning(report.message)

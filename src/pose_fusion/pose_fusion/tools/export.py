@@ -98,11 +98,13 @@ def unknown_line(motion: BodyMotion) -> str:
     changes = np.diff(motion.is_unknown.astype(np.int8), axis=0, prepend=0, append=0)
     begins, ends = (np.argwhere(change == changes.T)[:, 1] for change in (1, -1))
     times_s = motion.times_s
-    longest_s = np.max(times_s[np.minimum(ends, len(motion) - 1)] - times_s[begins])
+    durations_s = times_s[np.minimum(ends, len(motion) - 1)] - times_s[begins]
+    longest = int(np.argmax(durations_s))
     names = np.array(motion.model.dof_names)[motion.is_unknown.any(axis=0)]
     return (
         f"angles unknown to the fusion in {motion.is_unknown.any(axis=1).sum()} of {len(motion)} "
-        f"frames, for up to {longest_s:.1f} s ({', '.join(names)})"
+        f"frames, for up to {durations_s[longest]:.1f} s, from {times_s[begins[longest]]:.1f} s on "
+        f"({', '.join(names)})"
     )
 
 

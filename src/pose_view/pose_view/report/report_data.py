@@ -41,6 +41,7 @@ class ReportData:
     estimates: Mapping[str, EstimateSeries]  # of the methods that give any
     focus: str  # the method of figures for a single method
     notes: tuple[str, ...] = field(default=())  # remarks on missing results
+    said: tuple[str, ...] = ()  # by ./pose fuse, which made the bag
     unused_imus: tuple[str, ...] = ()  # segments whose IMU no method could use
 
     @property
@@ -121,6 +122,7 @@ def read_report_data(
         },
         focus=wanted.focus if wanted.focus in methods else preferred(list(methods)),
         notes=tuple(estimated.notes),
+        said=() if estimated.views else _said_by_fuse(bag),
         unused_imus=estimated.unused_imus,
     )
 
@@ -143,6 +145,11 @@ def comment_of(bag: BagReader) -> str:
             if pair.key == COMMENT_KEY and pair.value:
                 return str(pair.value)
     return ""
+
+
+def _said_by_fuse(bag: BagReader) -> tuple[str, ...]:
+    said = (status.values for status in _statuses(bag) if status.name == FUSE_STATUS)
+    return tuple(pair.value for values in said for pair in values)
 
 
 def _statuses(bag: BagReader) -> Iterator[Any]:
@@ -207,10 +214,6 @@ def _estimate(
     if FUSED in own:
         result.methods[FUSED] = own[FUSED]
         result.estimates[FUSED] = read_estimates(bag, wanted.body)
-        if not sensors:  # it was fused by ./pose fuse
-            said = (s.values for s in _statuses(bag) if s.name == FUSE_STATUS)
-            lines = (pair.value for values in said for pair in values)
-            result.notes += [f"{line[0].upper()}{line[1:]}." for line in lines]
     result.views = {name: result.methods[name] for name in sensors}
     for name in [name for name, series in result.methods.items() if len(series) < 2]:
         result.notes.append(f"{name} gave no pose, and is left out.")

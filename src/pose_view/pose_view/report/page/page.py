@@ -169,6 +169,7 @@ def render_page(analysis: Analysis, joint: str) -> str:
         verdict=verdict(analysis),
         facts=facts(analysis),
         notes=notes(analysis),
+        said=analysis.recording.said,
         sections=parts,
         contents=[(part.anchor, part.title) for part in parts],
         methods=_methods(analysis, parts),
