@@ -25,6 +25,7 @@ class EstimateWriter:
         self._make, self._header = maker.make, maker.header
         self._bytes: dict[str, EstimateBytes] = {}
         self._begin_ns = 0  # [ns] stamp of the first sample
+        self._last_ns = 0  # [ns] of the last estimate of anybody
         self._urdf: dict[str, object] = {}  # the measures that were written last, by id
         self._stamps_ns: list[NDArray[np.int64]] = []  # of the subject's estimates
         self._sources: list[NDArray[np.uint8]] = []  # of any of its degrees of freedom
@@ -34,6 +35,7 @@ class EstimateWriter:
     def write(self, body_id: str, block: EstimateBlock) -> None:
         """Append all messages of one person's estimates, stamped with their instants."""
         model, stamp_ns = self._pipeline.subject.model, int(block.stamps_ns[0])
+        self._last_ns = int(block.stamps_ns[-1])
         if body_id == self._pipeline.parameters.subject:
             self._begin_ns = self._begin_ns or self._pipeline.subject.first_ns
             self._stamps_ns.append(block.stamps_ns)
@@ -69,7 +71,6 @@ class EstimateWriter:
 
     def write_lines(self, lines: Iterable[str]) -> None:
         """Append what was said about the recording, as one status of ``/diagnostics``."""
-        stamp_ns = int(self._stamps_ns[-1][-1])
         values = [
             self._make("diagnostic_msgs/KeyValue", key=str(number), value=line)
             for number, line in enumerate(lines, start=1)
@@ -82,9 +83,9 @@ class EstimateWriter:
             hardware_id="",
             values=values,
         )
-        header = self._header(stamp_ns)
+        header = self._header(self._last_ns)
         array = self._make("diagnostic_msgs/DiagnosticArray", header=header, status=[status])
-        self._writer.write(DIAGNOSTICS, array, stamp_ns)
+        self._writer.write(DIAGNOSTICS, array, self._last_ns)
 
     @property
     def unseen(self) -> str:

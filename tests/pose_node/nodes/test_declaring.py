@@ -56,6 +56,10 @@ def test_an_integer_is_accepted_for_a_double(ros_context):
     assert isinstance(rate, float)
 
 
+def test_a_text_is_accepted_for_a_list(ros_context):
+    assert declare(ros_context, names="left").names == ("left",)
+
+
 def test_an_integer_is_accepted_for_a_text(ros_context):
     assert declare(ros_context, name=3).name == "3"
 

@@ -77,10 +77,8 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._static_transforms = StaticTransforms()
         self._shared: dict[str, int] = {}
         """Number of reports in a row in which a topic had several publishers."""
-        self._logged: tuple[frozenset[str] | None, float] = (
-            None,
-            time.monotonic(),
-        )  # sources, when [s]
+        # Unusable sources, or what it waited for, and when that was logged [s].
+        self._logged: tuple[frozenset[str] | None, float] = None, time.monotonic()
         self._simulated_time = SimulatedTime(self.get_clock())
         self._malformed: dict[str, str] = {}  # why the last message of a topic was rejected
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded

@@ -75,10 +75,15 @@ def declare_parameters(
 
 
 def as_declared(given: Parameter, known: Mapping[str, tuple[Any, ParameterSpec]]) -> Parameter:
-    """Convert a parameter to its declared type: an integer is accepted for a double or a text."""
+    """Convert a parameter to its declared type.
+
+    An integer is accepted for a double or a text, a text for a list of texts.
+    """
     default, _ = known.get(given.name, (None, None))
     if isinstance(default, float | str) and given.type_ == Parameter.Type.INTEGER:
         return Parameter(given.name, value=type(default)(given.value))
+    if isinstance(default, tuple) and given.type_ == Parameter.Type.STRING:
+        return Parameter(given.name, value=[given.value])
     return given
 
 
