@@ -73,6 +73,7 @@ def test_fusing_twice_gives_identical_bytes_of_messages(bag, fused, tmp_path):
         f"{BODY}/urdf",
         "/tf",
         "/tf_static",
+        "/diagnostics",
     }
 
 

@@ -381,4 +381,4 @@ def test_stamps_are_corrected_from_where_a_clock_is_set(make_bag):
     imus_ns = [ns for each in read if isinstance(each, ImuBlock) for ns in each.stamps_ns]
     assert imus_ns == [10**9 + k * 33 * MS - 5 * MS for k in range(60)]
     line = frames.left_out[-1]
-    assert line.startswith("left: clock set by +2.0 s at 1.0 s of the recording")
+    assert line.startswith("left: clock set by +2.00 s at 1.0 s of the recording")

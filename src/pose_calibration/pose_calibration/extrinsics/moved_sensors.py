@@ -146,15 +146,15 @@ def _moved(views: Views, reference: str) -> tuple[MovedDuring, ...]:
             angle, distance = _sizes(change)
             at_s = float(starts_s[first])
             found.append(MovedDuring(sensors=(other,), at_s=at_s, angle=angle, distance=distance))
-    told: list[MovedDuring] = []
+    motions: list[MovedDuring] = []
     for one in sorted(found, key=lambda one: one.at_s):
         moved = {each.sensors for each in found if abs(each.at_s - one.at_s) <= SAME_S}
         if len(moved) == len(views):  # of two views either may have moved
             one = replace(one, sensors=(reference, *views) if len(views) == 1 else (reference,))
-            if told and told[-1].sensors == one.sensors and one.at_s - told[-1].at_s <= SAME_S:
+            if motions and motions[-1].sensors == one.sensors and one.at_s - motions[-1].at_s <= SAME_S:
                 continue
-        told.append(one)
-    return tuple(told)
+        motions.append(one)
+    return tuple(motions)
 
 
 def _displaced(views: Views, reference: str) -> tuple[Displaced, ...]:
