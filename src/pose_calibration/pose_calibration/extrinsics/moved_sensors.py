@@ -150,9 +150,11 @@ def _moved(views: Views, reference: str) -> tuple[MovedDuring, ...]:
     for one in sorted(found, key=lambda one: one.at_s):
         moved = {each.sensors for each in found if abs(each.at_s - one.at_s) <= SAME_S}
         if len(moved) == len(views):  # of two views either may have moved
-            one = replace(one, sensors=(reference, *views) if len(views) == 1 else (reference,))
-            if motions and motions[-1].sensors == one.sensors and one.at_s - motions[-1].at_s <= SAME_S:
+            sensors = (reference, *views) if len(views) == 1 else (reference,)
+            last = motions[-1] if motions else None
+            if last is not None and last.sensors == sensors and one.at_s - last.at_s <= SAME_S:
                 continue
+            one = replace(one, sensors=sensors)
         motions.append(one)
     return tuple(motions)
 
