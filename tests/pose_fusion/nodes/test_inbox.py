@@ -48,6 +48,20 @@ def test_what_a_full_queue_drops_is_counted(inbox, publisher, spin_until):
     assert inbox.take_lost() == {}
 
 
+def other_publisher(inbox, ros_context, spin_until):
+    """Another publisher of the topic, and a function that removes it."""
+    node = ros_context.make_node("other")
+    publisher = node.create_publisher(String, "text", sensor_data(100))
+    spin_until(publisher.get_subscription_count, what="discovery")
+
+    def leave():
+        node.destroy_publisher(publisher)
+        queue = inbox.queues["one"].subscription
+        spin_until(lambda: queue.get_publisher_count() == 1, what="the departure")
+
+    return publisher, leave
+
+
 def test_a_published_topic_is_unheard_until_its_first_message(inbox, publisher, spin_until):
     spin_until(lambda: inbox.unheard == ["one"], what="discovery")
     receive(inbox, publisher, spin_until, 1)
@@ -55,8 +69,7 @@ def test_a_published_topic_is_unheard_until_its_first_message(inbox, publisher, 
 
 
 def test_of_several_publishers_nothing_is_counted(inbox, publisher, ros_context, spin_until):
-    second = ros_context.make_node("other").create_publisher(String, "text", sensor_data(100))
-    spin_until(second.get_subscription_count, what="discovery")
+    second, _ = other_publisher(inbox, ros_context, spin_until)
     receive(inbox, publisher, spin_until, 3)
     receive(inbox, second, spin_until, 20)
     receive(inbox, publisher, spin_until, 2)
@@ -68,29 +81,21 @@ def test_a_publisher_that_comes_and_leaves_between_two_calls_makes_no_losses(
     inbox, publisher, ros_context, spin_until
 ):
     receive(inbox, publisher, spin_until, 20)
-    node = ros_context.make_node("other")
-    second = node.create_publisher(String, "text", sensor_data(100))
-    spin_until(second.get_subscription_count, what="discovery")
+    second, leave = other_publisher(inbox, ros_context, spin_until)
     receive(inbox, second, spin_until, 1)
-    node.destroy_publisher(second)
-    queue = inbox.queues["one"].subscription
-    spin_until(lambda: queue.get_publisher_count() == 1, what="the departure")
+    leave()
     receive(inbox, publisher, spin_until, 2)
     assert inbox.take_lost() == {}
 
 
 def test_a_publisher_that_has_left_makes_no_losses(inbox, publisher, ros_context, spin_until):
-    node = ros_context.make_node("other")
-    second = node.create_publisher(String, "text", sensor_data(100))
-    spin_until(second.get_subscription_count, what="discovery")
+    second, leave = other_publisher(inbox, ros_context, spin_until)
     receive(inbox, publisher, spin_until, 20)
     receive(inbox, second, spin_until, 3)
     assert inbox.take_lost() == {}
 
     receive(inbox, second, spin_until, 1)
-    node.destroy_publisher(second)
-    queue = inbox.queues["one"].subscription
-    spin_until(lambda: queue.get_publisher_count() == 1, what="the departure")
+    leave()
     receive(inbox, publisher, spin_until, 2)
     assert inbox.take_lost() == {}
     assert inbox.take_lost() == {}

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -155,18 +154,26 @@ def read_motion(
             f"{bag.path} holds no {' and no '.join(missing)}: fuse it first, with "
             f"'./pose fuse {bag.path} OUT', and export OUT"
         )
-    estimates: dict[int, Any] = {}
+    names: set[tuple[str, ...]] = set()
+    estimates: dict[int, FloatArray] = {}
     skeletons: dict[int, SkeletonSample] = {}
     for index, message in enumerate(bag.messages([topic for topic in topics.values() if topic])):
         content = bag.deserialize(message)
         if message.topic == topics["estimate"]:
-            estimates.setdefault(nanoseconds(content.header.stamp), content)
+            names.add(tuple(content.name))
+            dof = np.array([content.position, content.position_stddev])
+            estimates.setdefault(nanoseconds(content.header.stamp), dof)
         else:
             sample = skeleton_sample(content, "")
             skeletons.setdefault(sample.stamp_ns, sample)
         if progress is not None and index % 64 == 0:
             progress(bag.share_before(message.stamp_ns))
-    return _assemble(bag, body, estimates, skeletons, model)
+    if len(names) > 1:
+        raise InputError(
+            f"{bag.path}: the degrees of freedom of '{body}' change within the bag: export the "
+            "part of each body model separately"
+        )
+    return _assemble(bag, body, next(iter(names), ()), estimates, skeletons, model)
 
 
 def chosen_body(bag: BagReader, body: str) -> str:
@@ -214,7 +221,8 @@ def model_of_angles(names: tuple[str, ...]) -> BodyModel:
 def _assemble(
     bag: BagReader,
     body: str,
-    estimates: dict[int, Any],
+    names: tuple[str, ...],
+    estimates: dict[int, FloatArray],
     skeletons: dict[int, SkeletonSample],
     model: BodyModel | None,
 ) -> BodyMotion:
@@ -224,13 +232,6 @@ def _assemble(
             f"{bag.path} holds {len(stamps)} instants with both estimate and skeleton of '{body}' "
             f"(of {len(estimates)} and {len(skeletons)}): expected two or more"
         )
-    names = tuple(estimates[stamps[0]].name)
-    changed = [stamp for stamp in stamps if tuple(estimates[stamp].name) != names]
-    if changed:
-        raise InputError(
-            f"{bag.path}: the degrees of freedom of '{body}' change within the bag: export the "
-            "part of each body model separately"
-        )
     if model is None:
         model = model_of_angles(names[ROOT_DOF:])
     elif model.angle_names != names[ROOT_DOF:]:
@@ -238,7 +239,7 @@ def _assemble(
             f"{bag.path} has the joint angles {', '.join(names[ROOT_DOF:])}: body model "
             f"'{model.name}' has {', '.join(model.angle_names)}"
         )
-    positions = np.array([estimates[stamp].position for stamp in stamps], float)
+    positions, stddev = np.stack([estimates[stamp] for stamp in stamps], axis=1)
     dof = _bridged(positions)
     joints = np.stack([skeletons[stamp].positions for stamp in stamps])
     return BodyMotion(
@@ -246,7 +247,7 @@ def _assemble(
         model=model,
         stamps_ns=np.array(stamps, np.int64),
         dof=dof,
-        stddev=np.array([estimates[stamp].position_stddev for stamp in stamps], float),
+        stddev=stddev,
         joints=joints,
         is_gap=np.zeros(len(stamps), bool),
         is_unknown=~np.isfinite(positions),
