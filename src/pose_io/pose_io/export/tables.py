@@ -55,8 +55,9 @@ def motion_csv(motion: BodyMotion) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
-    for stamp, row in zip(motion.stamps_ns.tolist(), rows.tolist(), strict=True):
-        writer.writerow([stamp, *("" if value != value else f"{value:.6f}" for value in row)])
+    for stamp, row in zip(motion.stamps_ns.tolist(), rows, strict=True):
+        values = ("" if value != value else f"{value:.6f}" for value in row.tolist())
+        writer.writerow([stamp, *values])
     return text.getvalue()
 
 
