@@ -1,5 +1,7 @@
 """Exported files read by third-party readers (synthetic motion)."""
 
+from dataclasses import replace
+
 import bvhio
 import ezc3d
 import numpy as np
@@ -12,7 +14,7 @@ from pose_io.bags import open_bag
 from pose_io.export.bvh import bvh_text
 from pose_io.export.c3d_file import c3d_bytes
 from pose_io.export.motion import read_motion
-from pose_io.export.opensim import OPENSIM_MODELS, coordinate_map, mot_text, trc_text
+from pose_io.export.opensim import OPENSIM_MODELS, coordinate_map, coordinates, mot_text, trc_text
 
 RATE = 30.0  # [Hz] the bag's own, but for a third of a nanosecond
 MM = 1e-3
@@ -162,6 +164,17 @@ def read_trc(opensim, path):
         list(table.getColumnLabels()),
         np.array(markers) * MM,
     )
+
+
+@pytest.mark.parametrize(
+    ("axis", "name", "largest"), [("z", "pelvis_rotation", 720.0), ("y", "pelvis_tilt", 180.0)]
+)
+def test_of_the_pelvis_only_turns_about_the_vertical_are_counted(motion, axis, name, largest):
+    dof = motion[0].dof.copy()
+    turns = np.linspace(0.0, 720.0, len(dof))
+    dof[:, 3:6] = Rotation.from_euler(axis, turns[:, None], degrees=True).as_rotvec()
+    column = coordinates(replace(motion[0], dof=dof), OPENSIM_MODELS["rajagopal2016"])[name]
+    assert np.abs(column).max() == pytest.approx(largest, abs=10.0)
 
 
 def read_mot(opensim, path):
