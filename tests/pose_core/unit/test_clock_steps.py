@@ -27,7 +27,7 @@ def corrected(steps, stamps_ns, recorded_ns, batch):
 
 
 @pytest.mark.parametrize("batch", [7, 100, 900])
-@pytest.mark.parametrize("step_s", [-2.0, -0.15, 0.15, 0.7, 3600.0])
+@pytest.mark.parametrize("step_s", [-2.0, -0.7, -0.15, 0.15, 0.7, 2.0, 3600.0])
 def test_stamps_are_corrected_from_a_step_on(step_s, batch):
     true_ns, recorded_ns = recorded()
     stamps_ns = true_ns + np.where(np.arange(900) >= 400, round(step_s * SECOND_NS), 0)
