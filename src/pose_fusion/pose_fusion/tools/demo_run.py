@@ -18,6 +18,7 @@ from pose_node.node_status import NodeStatus
 
 PROCESSES = 8  # started together: launcher, bridges, devices, calibration, fusion, recorder
 WEIGHT = 3.0  # [-] start-up time of a node of the graph relative to the measured process
+FUSION_WEIGHT = 10.0  # [-] that of the fusion, which loads its kernels
 REPORT_S = 1.0  # [s] until a started node reports in /diagnostics
 SPARE_S = 1.0  # [s] smallest time between the last node's first report and the first frame
 MAX_LEAD_S = 60.0  # [s]
@@ -55,7 +56,7 @@ def first_lead_s() -> float:
     finally:
         monitor.stop()
     rounds = max(1.0, PROCESSES / len(os.sched_getaffinity(0)))
-    return min(MAX_LEAD_S, SPARE_S + REPORT_S + WEIGHT * rounds * one_s)
+    return min(MAX_LEAD_S, SPARE_S + REPORT_S + (FUSION_WEIGHT + WEIGHT * rounds) * one_s)
 
 
 def ready_estimator(console: Console) -> None:
