@@ -25,7 +25,7 @@ from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import NO_COLUMN, FilterState, another_camera_sends
 from pose_core.filter.view_noise import noise_scale
 from pose_core.joints import TrackingState
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 from pose_core.kernels.joint_kinematics import (
     BodyArrays,
     compute_joint_velocities,
@@ -45,7 +45,7 @@ class CameraConstants(NamedTuple):
     student_dof: float
 
 
-@compiled
+@compiled_into_caller
 def predict_view(
     constants: CameraConstants, state: FilterState, frame: CameraFrame
 ) -> PredictedView:
@@ -59,7 +59,7 @@ def predict_view(
     return PredictedView(positions, levers, velocity, pose.rotations.copy(), occlusion)
 
 
-@compiled
+@compiled_into_caller
 def add_camera_rows(
     constants: CameraConstants,
     state: FilterState,

@@ -22,7 +22,7 @@ from pose_core.arrays import FloatArray
 from pose_core.filter.frame import FrameUpdate
 from pose_core.filter.rows import Rows
 from pose_core.filter.state import FilterState, another_camera_sends
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 
 MEMORY_S = 1.0  # [s] time constant with which d decays
 LEARNING_S = 10.0  # [s] over which its mean square is estimated
@@ -45,7 +45,7 @@ def predict_depth_errors(dt_s: float, state: FilterState) -> None:
         state.views.depth_error_variance[sensor] += renewed
 
 
-@compiled_in_place
+@compiled_into_caller
 def ray_to(position: FloatArray, camera: FloatArray) -> tuple[float, float, float]:
     """Direction from a camera to a position."""
     x, y, z = position[0] - camera[0], position[1] - camera[1], position[2] - camera[2]
@@ -77,7 +77,7 @@ def add_depth_error(
             noise[i, k] += ray[i] * ray[k] * state.views.depth_noise[sensor]
 
 
-@compiled
+@compiled_into_caller
 def estimate_depth_errors(update: FrameUpdate, state: FilterState) -> None:
     """Update a view's errors with one frame, and remove the common one from its residuals."""
     sensor, gap_s, result = update.frame.sensor, update.gap_s, update.result

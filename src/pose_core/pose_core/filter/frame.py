@@ -9,7 +9,7 @@ from pose_core.arrays import FloatArray
 from pose_core.filter.rows import Rows
 from pose_core.filter.update import UpdateResult
 from pose_core.joints import TrackingState
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 
 
 class CameraFrame(NamedTuple):
@@ -42,7 +42,7 @@ class FrameUpdate(NamedTuple):
     result: UpdateResult
 
 
-@compiled
+@compiled_into_caller
 def groups_by_joint(update: FrameUpdate) -> NDArray[np.int64]:
     """The group of rows of each joint, (joints,); −1 without one."""
     groups = np.full(len(update.frame.positions), -1)

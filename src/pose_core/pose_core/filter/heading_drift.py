@@ -19,7 +19,7 @@ import numpy as np
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.state import NO_COLUMN, FilterState
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 
 
 @compiled_in_place
@@ -44,7 +44,7 @@ def predict_headings(state: FilterState, walk: float, drift_walk: float, dt_s: f
         imus.drift_variance[link] += drift_walk * dt_s
 
 
-@compiled
+@compiled_into_caller
 def heading_variances(state: FilterState) -> FloatArray:
     """Variance of each IMU's heading, (links,) [rad²]; 0 without an aligned IMU."""
     variances = np.zeros(len(state.imus.column))

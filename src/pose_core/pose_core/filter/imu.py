@@ -23,7 +23,7 @@ from pose_core.arrays import FloatArray
 from pose_core.filter.layout import rate_column, rotation_column
 from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import FilterState
-from pose_core.kernels.compiling import compiled
+from pose_core.kernels.compiling import compiled_into_caller
 from pose_core.kernels.rotations import exponential, logarithm, product, product_transposed
 
 MAX_SOFT_TISSUE_RATE = 6.0  # [rad/s] above which the soft-tissue error does not grow further
@@ -56,7 +56,7 @@ NO_IMUS = ImuFrame(
 )
 
 
-@compiled
+@compiled_into_caller
 def add_imu_rows(constants: ImuConstants, state: FilterState, imus: ImuFrame, rows: Rows) -> None:
     """Add three rows for the orientation and three for the rate of each IMU."""
     Q, residual = np.empty((3, 3)), np.empty(6)
@@ -91,7 +91,7 @@ def add_imu_rows(constants: ImuConstants, state: FilterState, imus: ImuFrame, ro
                     rows.noise[gyroscope, i, k] += rate_variance * Q[i, axis] * Q[k, axis]
 
 
-@compiled
+@compiled_into_caller
 def imu_residual(
     state: FilterState, imus: ImuFrame, row: int, Q: FloatArray, out: FloatArray
 ) -> float:

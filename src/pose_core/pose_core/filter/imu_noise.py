@@ -26,7 +26,7 @@ from pose_core.arrays import FloatArray
 from pose_core.filter.frame import FrameUpdate, groups_by_joint
 from pose_core.filter.state import FilterState
 from pose_core.filter.view_noise import NEWEST_S, VISIBLE
-from pose_core.kernels.compiling import compiled
+from pose_core.kernels.compiling import compiled, compiled_into_caller
 
 GAIN = 1.0  # [1/s] k
 MAX_FACTOR = 20.0  # [-]
@@ -80,7 +80,7 @@ def estimate_imu_noise(
             state.imus.noise[link] = min(max(factor, 1.0), MAX_FACTOR)
 
 
-@compiled
+@compiled_into_caller
 def turn_of_link(
     update: FrameUpdate, start: int, end: int, group_of: NDArray[np.int64]
 ) -> FloatArray:

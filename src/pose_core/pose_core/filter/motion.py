@@ -14,7 +14,7 @@ from pose_core.filter.depth_errors import predict_depth_errors
 from pose_core.filter.heading_drift import predict_headings
 from pose_core.filter.layout import Layout, rotation_column
 from pose_core.filter.state import NO_COLUMN, FilterState, Pose
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place, compiled_into_caller
 from pose_core.kernels.rotations import rotate_left
 
 MAX_STDDEV = 1.2  # [rad] bound of an unobserved rotation's error: the tangent space is local
@@ -132,7 +132,7 @@ def add_process_noise(
                 P[i, i] += constants.alignment_walk * dt_s
 
 
-@compiled_in_place
+@compiled_into_caller
 def add_white_acceleration(
     P: FloatArray, row: int, column: int, rates: int, power: float, dt_s: float
 ) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 from pose_core.kernels.linear_algebra import dot
 
 SOFTNESS = 0.02  # [m] width of the transition from visible to hidden
@@ -65,7 +65,7 @@ def _own_parts(joint: str) -> set[str]:
     return set(limbs[name])
 
 
-@compiled
+@compiled_into_caller
 def fill_occlusion(
     capsules: Capsules, joints: FloatArray, camera: FloatArray, out: FloatArray
 ) -> None:

@@ -16,7 +16,7 @@ from pose_core.filter.layout import rotation_column
 from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import FilterState
 from pose_core.kernels.axial_rotation import Hinges
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place, compiled_into_caller
 from pose_core.kernels.rotations import logarithm, transposed_product
 from pose_core.kernels.swing_twist import flexion, twist
 
@@ -47,7 +47,7 @@ def most_posture_rows(constants: PostureConstants) -> int:
     return 2 * len(constants.hinges.links) + len(constants.twist_links) + spine
 
 
-@compiled
+@compiled_into_caller
 def add_posture_rows(constants: PostureConstants, rotations: FloatArray, rows: Rows) -> None:
     """Add the rows of the prior, for rotations ``R_map_link``, (links, 3, 3)."""
     relative, turn = np.empty((3, 3)), np.empty(3)
@@ -74,7 +74,7 @@ def add_posture_rows(constants: PostureConstants, rotations: FloatArray, rows: R
             )
 
 
-@compiled
+@compiled_into_caller
 def add_hinge(constants: PostureConstants, hinge: int, rotations: FloatArray, rows: Rows) -> None:
     """Add the two rows of a hinge's plane."""
     parent, link = constants.hinges.parents[hinge], constants.hinges.links[hinge]

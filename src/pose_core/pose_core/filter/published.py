@@ -23,7 +23,7 @@ from pose_core.filter.imu import ImuFrame
 from pose_core.filter.layout import rotation_column
 from pose_core.filter.motion import predict_mean, rate_decay
 from pose_core.filter.state import FilterState, Pose, views_apart_variance
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place, compiled_into_caller
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.published_state import PublishedState
 from pose_core.kernels.rotations import exponential, product, product_transposed
@@ -77,7 +77,7 @@ def predict_published(
         fill_relative_covariance(constants, state, dt_s, rate_times_s, link, out.covariance[link])
 
 
-@compiled
+@compiled_into_caller
 def rotate_with_imus(
     state: FilterState,
     before: ImuFrame,

@@ -29,7 +29,7 @@ from pose_core.arrays import FloatArray
 from pose_core.filter.frame import FrameUpdate
 from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_INDEX
-from pose_core.kernels.compiling import compiled
+from pose_core.kernels.compiling import compiled_into_caller
 
 LEFT_HIP, RIGHT_HIP, NECK = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"], JOINT_INDEX["neck"]
 LEFT_SHOULDER, RIGHT_SHOULDER = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]
@@ -50,7 +50,7 @@ class SharedOffsetConstants(NamedTuple):
     mean_variance: FloatArray  # (2,) [rad²] of a person's mean sideways bend and turn
 
 
-@compiled
+@compiled_into_caller
 def estimate_shared_offsets(
     constants: SharedOffsetConstants, update: FrameUpdate, state: FilterState
 ) -> None:

@@ -34,7 +34,7 @@ import numpy as np
 from pose_core.arrays import FloatArray
 from pose_core.filter.layout import rotation_column
 from pose_core.kernels.cholesky import factorise
-from pose_core.kernels.compiling import compiled
+from pose_core.kernels.compiling import compiled_into_caller
 from pose_core.kernels.joint_kinematics import BodyArrays
 from pose_core.kernels.rotations import rodrigues
 
@@ -42,7 +42,7 @@ ALPHA = 0.1  # [-] spread of the points in units of √n standard deviations
 BETA = 2.0  # [-] best for a normal distribution
 
 
-@compiled
+@compiled_into_caller
 def linearise_joint(
     body: BodyArrays,
     joint: int,

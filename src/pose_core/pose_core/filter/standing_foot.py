@@ -21,7 +21,7 @@ from pose_core.arrays import FloatArray
 from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import FilterState
 from pose_core.joints import JOINT_PAIRS, JOINTS
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 from pose_core.kernels.joint_kinematics import BodyArrays, compute_joint_velocities, compute_joints
 
 LEFT_FOOT, RIGHT_FOOT = JOINT_PAIRS["foot"]
@@ -33,7 +33,7 @@ HEIGHT_MEMORY_S = 2.0  # [s] over which the height of the lower foot is averaged
 LONGER_SHANK = 1.2  # [-]
 
 
-@compiled
+@compiled_into_caller
 def add_standing_foot_rows(body: BodyArrays, state: FilterState, rows: Rows) -> None:
     """Add rows for the root's velocity and height, if all links of the legs have an IMU."""
     pose = state.pose

@@ -21,7 +21,7 @@ from pose_core.filter.standing_foot import add_standing_foot_rows, note_foot_hei
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.tracker_errors import MAX_STEP_S, update_tracker_errors
 from pose_core.filter.update import robust_update
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place, compiled_into_caller
 from pose_core.kernels.linear_algebra import add, inverse, scaled, symmetric
 
 MEAN_NIS_CLIP = 9.0  # [-] to which a joint's NIS is clipped before averaging
@@ -134,7 +134,7 @@ def summarise(nis: FloatArray) -> tuple[float, float]:
     return total / count, lost / count
 
 
-@compiled
+@compiled_into_caller
 def add_link_information(update: FrameUpdate, out: FloatArray) -> None:
     """Add Hᵀ (R / w)⁻¹ H of each joint's group to the links' blocks, with R's mean variance."""
     rows = update.rows

@@ -30,7 +30,7 @@ from pose_core.filter.imu_noise import estimate_imu_noise
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.view_noise import estimate_view_noise
 from pose_core.joints import TrackingState
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place, compiled_into_caller
 
 SMOOTHED_NIS_CLIP = 400.0  # [-] to which a joint's NIS is clipped before it is smoothed
 MAX_STEP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
@@ -61,7 +61,7 @@ class TrackerErrorConstants(NamedTuple):
     nis_memory_s: float  # [s] time constant with which the joints' NIS is smoothed
 
 
-@compiled
+@compiled_into_caller
 def update_tracker_errors(
     constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState
 ) -> None:
@@ -121,7 +121,7 @@ def estimate_view_apart(update: FrameUpdate, state: FilterState) -> None:
         apart[axis] += share * (total / update.joint_count - apart[axis])
 
 
-@compiled
+@compiled_into_caller
 def estimate_delay(
     constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState
 ) -> None:
@@ -200,7 +200,7 @@ def combined_delay(
     return product / weight, np.sqrt(DELAY_SCALE**2 / weight + b_squared)
 
 
-@compiled
+@compiled_into_caller
 def smooth_nis(constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState) -> None:
     """Update a camera's smoothed NIS of each joint; of joints that it does not track it decays."""
     frame, smoothed = update.frame, state.views.smoothed_nis[update.frame.sensor]
@@ -212,7 +212,7 @@ def smooth_nis(constants: TrackerErrorConstants, update: FrameUpdate, state: Fil
             smoothed[joint] += share * min(update.result.nis[group], SMOOTHED_NIS_CLIP)
 
 
-@compiled
+@compiled_into_caller
 def add_contradictions(
     constants: TrackerErrorConstants, update: FrameUpdate, state: FilterState
 ) -> None:

@@ -30,7 +30,7 @@ from pose_core.filter.heading_drift import heading_variances, update_drifts
 from pose_core.filter.rows import NORMAL, Rows
 from pose_core.filter.state import FilterState, inject_error
 from pose_core.kernels.cholesky import factorise, solve_lower, solve_vector
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place, compiled_into_caller
 from pose_core.kernels.linear_algebra import inverse, quadratic_form, symmetric
 
 BLOCK = 52  # rows of P that are computed together
@@ -203,7 +203,7 @@ def weight_of(rows: Rows, group: int, squared: float, least_weight: float) -> fl
     return min(max(weight, least_weight), 1.0)
 
 
-@compiled
+@compiled_into_caller
 def subtract_square(P: FloatArray, W: FloatArray) -> None:
     """P −= Wᵀ W: the upper triangle in blocks; the lower one is mirrored."""
     for first in range(0, len(P), BLOCK):

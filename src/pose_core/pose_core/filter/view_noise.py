@@ -18,7 +18,7 @@ import numpy as np
 from pose_core.filter.frame import FrameUpdate
 from pose_core.filter.state import FilterState
 from pose_core.joints import TrackingState
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_into_caller
 
 USUAL_VARIANCE = 0.03**2  # [m²] σ0²
 MIN_SCALE, MAX_SCALE = 0.25, 2.0  # [-] of R
@@ -29,13 +29,13 @@ MIN_JOINTS = 6  # [-]
 MAX_DIFFERENCE = 4.0  # [-] in standard deviations, to which differences are clipped
 
 
-@compiled_in_place
+@compiled_into_caller
 def noise_scale(state: FilterState) -> float:
     """Factor [-] of the variance of a visible joint."""
     return min(max(np.sqrt(state.views.noise[0]), MIN_SCALE), MAX_SCALE)
 
 
-@compiled
+@compiled_into_caller
 def estimate_view_noise(update: FrameUpdate, state: FilterState) -> None:
     """Update the noise by the differences between a frame and the other cameras' last ones."""
     frame, predicted = update.frame, update.predicted

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
 from pose_core.imu.sensor_alignment import best_fit
-from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller, type_specialised
 from pose_core.kernels.linear_algebra import is_equal
 from pose_core.kernels.quaternions import quaternion_product
 from pose_core.kernels.rotations import vector_scale
@@ -232,7 +232,7 @@ def _begin_window(memory: _RateMemory, i: int) -> None:
     memory.world_turn[i] = 0.0
 
 
-@compiled_in_place
+@compiled_into_caller
 def _anchor(memory: _RateMemory, i: int, orientation: FloatArray) -> None:
     """From here on the orientation's next change counts."""
     memory.held_s[i] = 0.0
@@ -241,7 +241,7 @@ def _anchor(memory: _RateMemory, i: int, orientation: FloatArray) -> None:
         memory.orientation[i, k] = orientation[k]
 
 
-@compiled_in_place
+@compiled_into_caller
 def _add_turn(memory: _RateMemory, i: int, after: FloatArray) -> None:
     """Add a step's turn to the window; a leap of the orientation begins a new one."""
     before, step_s = memory.orientation[i], memory.held_s[i]
@@ -265,7 +265,7 @@ def _add_turn(memory: _RateMemory, i: int, after: FloatArray) -> None:
         memory.world_turn[i, axis] += world[axis]
 
 
-@compiled_in_place
+@compiled_into_caller
 def _judge(memory: _RateMemory, i: int) -> None:
     """Add a window to the evidence, relative to its larger turn, and judge all of it."""
     power = given_power = 0.0

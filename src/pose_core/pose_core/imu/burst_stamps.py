@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
-from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller, type_specialised
 from pose_core.streams.samples import ImuBlock
 
 MAX_BURST_NS = 250e6  # [ns] a longer pause is a silence
@@ -100,7 +100,7 @@ def restore_stamps(
     return has_changed
 
 
-@compiled_in_place
+@compiled_into_caller
 def lost_time(memory: _BurstMemory, i: int, delay_ns: float) -> float:
     """Time [ns] by which the sampling times are behind, after every few bursts; otherwise 0.
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
 from pose_core.imu.orientation_check import MAX_STEP_S
-from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller, type_specialised
 from pose_core.kernels.quaternions import Quaternion, integrated_orientation, quaternion_product
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock
@@ -129,7 +129,7 @@ def watch_samples(
     return has_changed
 
 
-@compiled_in_place
+@compiled_into_caller
 def without_part_along(change: Quaternion, turn: Quaternion) -> float:
     """Vertical part of a change [half rad] without what is about the axis of a turn."""
     power = turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2
@@ -139,7 +139,7 @@ def without_part_along(change: Quaternion, turn: Quaternion) -> float:
     return change[2] - along * turn[2] / power
 
 
-@compiled_in_place
+@compiled_into_caller
 def end_second(memory: _WalkMemory, i: int) -> None:
     """Update the walk of one IMU at the end of a second."""
     past, short, long = memory.past[i], memory.short[i], memory.long[i]
@@ -158,14 +158,14 @@ def end_second(memory: _WalkMemory, i: int) -> None:
         memory.variance[i] = max(0.0, grown / (LONG - 1))
 
 
-@compiled_in_place
+@compiled_into_caller
 def add_change(sums: FloatArray, change: float) -> None:
     """Add a change of the heading [rad] to weight, sum and sum of squares, (3,)."""
     for k in range(3):
         sums[k] = KEPT * sums[k] + change**k
 
 
-@compiled_in_place
+@compiled_into_caller
 def variance_about(sums: FloatArray, mean: float) -> float:
     """Mean square about a mean [rad²] of changes whose sums are given, (3,)."""
     return (sums[2] - 2.0 * mean * sums[1]) / sums[0] + mean**2

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.imu.imu_rows import ImuRows
-from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller, type_specialised
 from pose_core.kernels.linear_algebra import is_equal, norm
 from pose_core.kernels.quaternions import integrated_orientation, quaternion_product
 from pose_core.stamps import NS_PER_S
@@ -196,7 +196,7 @@ def check_samples(
     return are_as_given
 
 
-@compiled_in_place
+@compiled_into_caller
 def turn_about_vertical(orientation: FloatArray, angle: float) -> None:
     """Rotate an orientation, (4,) x y z w, in place about the world's z axis by an angle [rad]."""
     s, c = np.sin(0.5 * angle), np.cos(0.5 * angle)
@@ -205,7 +205,7 @@ def turn_about_vertical(orientation: FloatArray, angle: float) -> None:
     orientation[2], orientation[3] = c * z + s * w, c * w - s * z
 
 
-@compiled_in_place
+@compiled_into_caller
 def repeats_orientation(
     memory: _OrientationMemory, i: int, orientation: FloatArray, rate: FloatArray, dt_s: float
 ) -> bool:
@@ -227,7 +227,7 @@ def repeats_orientation(
     return memory.same_s[i] > STUCK_S or memory.turned[i] > STUCK_TURN
 
 
-@compiled_in_place
+@compiled_into_caller
 def is_saturated(
     rate: FloatArray, before: FloatArray, largest: FloatArray, repeated: NDArray[np.int64]
 ) -> bool:
@@ -249,7 +249,7 @@ def is_saturated(
     return found
 
 
-@compiled_in_place
+@compiled_into_caller
 def orientation_jump(
     before: FloatArray, rate_before: FloatArray, after: FloatArray, rate: FloatArray, dt_s: float
 ) -> tuple[float, float, float]:

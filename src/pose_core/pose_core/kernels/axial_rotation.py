@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled
+from pose_core.kernels.compiling import compiled_into_caller
 from pose_core.kernels.linear_algebra import cross, dot, norm
 from pose_core.kernels.rotations import rotate_left
 
@@ -27,13 +27,13 @@ class Hinges(NamedTuple):
     signs: FloatArray  # (hinges,) of the rotation about +y that counts as flexion
 
 
-@compiled
+@compiled_into_caller
 def rotate_about_own_axis(R: FloatArray, angle: float) -> None:
     """Rotate a link, in place, by an angle [rad] about its own z axis, which may not be unit."""
     rotate_left(angle * R[0, 2], angle * R[1, 2], angle * R[2, 2], R)
 
 
-@compiled
+@compiled_into_caller
 def rotate_into_hinge_planes(rotations: FloatArray, hinges: Hinges) -> None:
     """Rotate limbs about their long axes into their hinges' planes, in place.
 
@@ -59,7 +59,7 @@ def rotate_into_hinge_planes(rotations: FloatArray, hinges: Hinges) -> None:
         rotate_about_own_axis(lower, share * angle_about_own_axis(lower, upper[:, 1]))
 
 
-@compiled
+@compiled_into_caller
 def angle_about_own_axis(R: FloatArray, lateral: FloatArray) -> float:
     """Rotation of a link about its z axis [rad] that brings its y axis to this one, (3,)."""
     turned = np.empty(3)

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import TrackingState
-from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 from pose_core.kernels.linear_algebra import cross, dot, norm
 
 
@@ -27,7 +27,7 @@ def transform_to_map(
         observed_state[j] = state[j] if is_known else np.uint8(TrackingState.NOT_TRACKED)
 
 
-@compiled_in_place
+@compiled_into_caller
 def compute_trunk_axes(
     joints: FloatArray, hips_and_neck: NDArray[np.int64], out: FloatArray
 ) -> None:
@@ -54,7 +54,7 @@ def compute_trunk_axes_batch(
         compute_trunk_axes(joints[row], hips_and_neck, out[row])
 
 
-@compiled_in_place
+@compiled_into_caller
 def normalise(v: FloatArray) -> None:
     """Divide a vector by its length."""
     length = norm(v)

@@ -7,7 +7,7 @@ that is not positive definite results in values that are not finite.
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 
 
 @compiled_in_place
@@ -38,7 +38,7 @@ def solve_lower(U: FloatArray, B: FloatArray) -> None:
             row[k] *= scale
 
 
-@compiled_in_place
+@compiled_into_caller
 def subtract_above(U: FloatArray, i: int, B: FloatArray, start: int) -> None:
     """Subtract Uⱼᵢ Bⱼ of all rows j above from row i of B, from one column on.
 
@@ -58,7 +58,7 @@ def subtract_above(U: FloatArray, i: int, B: FloatArray, start: int) -> None:
             row[k] -= factor * above[k]
 
 
-@compiled_in_place
+@compiled_into_caller
 def subtract_above_two(U: FloatArray, i: int, B: FloatArray) -> None:
     """As :func:`subtract_above`, the rows above i from the rows i and i + 1, i being even."""
     one, two, whole = B[i], B[i + 1], i - i % 4

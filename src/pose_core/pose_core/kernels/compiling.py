@@ -101,6 +101,18 @@ def compiled_in_place(function: F) -> F:
     return _compiled(function, _nrt=False)
 
 
+def compiled_into_caller(function: F) -> F:
+    """Compile a function as a part of its callers, into which numba copies it.
+
+    For a function with one or two callers. A kernel of its own would be optimised again within
+    every kernel above it, and references to its arrays would be counted at every call. Within it,
+    references are counted if its caller counts them: a function that allocates no arrays is faster
+    ``compiled_in_place`` if its caller is only ``compiled``. Calls cannot unpack arguments by
+    ``*``.
+    """
+    return _compiled(function, inline="always")
+
+
 def type_specialised(kernel: F) -> F:
     """A type-specialised kernel, for a caller whose arguments never change their types.
 

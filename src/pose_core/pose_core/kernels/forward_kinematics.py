@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 from pose_core.kernels.rotations import rotate_left, rotate_right
 
 ROOT_DOF = 6  # position [m], then rotation vector [rad]
@@ -55,7 +55,7 @@ def compute_pose(
         compute_fixed_joints(model, link, state, rotations[link], positions)
 
 
-@compiled_in_place
+@compiled_into_caller
 def compute_link_rotation(
     model: ModelArrays,
     link: int,
@@ -76,7 +76,7 @@ def compute_link_rotation(
         rotate_right(angle * axis[0], angle * axis[1], angle * axis[2], R)
 
 
-@compiled_in_place
+@compiled_into_caller
 def compute_fixed_joints(
     model: ModelArrays, link: int, state: FloatArray, R: FloatArray, positions: FloatArray
 ) -> None:

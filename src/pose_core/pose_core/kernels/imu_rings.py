@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 from pose_core.kernels.interpolation import interpolate, rotated_right
 from pose_core.stamps import NS_PER_S
 
@@ -121,7 +121,7 @@ def read_states(rings: ImuRings, order: NDArray[np.int64], stamp_ns: int, out: I
     return count
 
 
-@compiled_in_place
+@compiled_into_caller
 def _share(rings: ImuRings, i: int, before: int, after: int, stamp_ns: int) -> float:
     """Interpolation share [-] between two samples; −1 if they are too far apart."""
     interval_ns = rings.stamps_ns[i, after] - rings.stamps_ns[i, before]
@@ -130,7 +130,7 @@ def _share(rings: ImuRings, i: int, before: int, after: int, stamp_ns: int) -> f
     return (stamp_ns - rings.stamps_ns[i, before]) / interval_ns
 
 
-@compiled_in_place
+@compiled_into_caller
 def _between(rings: ImuRings, i: int, before: int, share: float, out: ImuStates, row: int) -> None:
     """Interpolate between a sample and the next."""
     after = (before + 1) % rings.stamps_ns.shape[1]
@@ -142,7 +142,7 @@ def _between(rings: ImuRings, i: int, before: int, share: float, out: ImuStates,
         stddev[axis] = rings.stddev[i, after, axis]
 
 
-@compiled_in_place
+@compiled_into_caller
 def _beyond(
     rings: ImuRings, i: int, nearest: int, missing_ns: int, out: ImuStates, row: int
 ) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 from pose_core.kernels.rotations import matrix_of_quaternion, rotate_right, vector_scale
 
 
@@ -28,7 +28,7 @@ def interpolate(first: FloatArray, second: FloatArray, share: float, out: FloatA
     rotated_right(first, scale * a, scale * b, scale * c, out)
 
 
-@compiled_in_place
+@compiled_into_caller
 def rotated_right(orientation: FloatArray, x: float, y: float, z: float, out: FloatArray) -> None:
     """Rotation matrix of an orientation (x, y, z, w) times exp of a body-fixed vector [rad]."""
     matrix_of_quaternion(orientation, out)

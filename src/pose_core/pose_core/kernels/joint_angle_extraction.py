@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 from pose_core.kernels.forward_kinematics import ModelArrays
 from pose_core.kernels.linear_algebra import Symmetric, dot, inverse
 from pose_core.kernels.published_state import CAMERAS, IMUS, DofEstimate, PublishedState
@@ -18,7 +18,7 @@ LIMIT_WEIGHT = 4.0  # [-] weight of a squared violation of limits, relative to a
 NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a tilt, below which angles are unique
 
 
-@compiled_in_place
+@compiled_into_caller
 def moved_axes(R: FloatArray, axes: FloatArray, angles: FloatArray, out: FloatArray) -> None:
     """A joint's axes in map, (k, 3), moved by the preceding rotations [rad]; R: the parent's."""
     for index in range(len(angles)):
@@ -112,13 +112,13 @@ def beyond(angle: float, limits: FloatArray) -> float:
     return max(limits[0] - angle, angle - limits[1], 0.0)
 
 
-@compiled_in_place
+@compiled_into_caller
 def wrapped_nearest(angle: float, previous: float) -> float:
     """The equivalent angle [rad], modulo full turns, nearest to the previous one."""
     return angle + FULL_TURN * np.round((previous - angle) / FULL_TURN)
 
 
-@compiled_in_place
+@compiled_into_caller
 def least_squares(A: FloatArray, B: FloatArray, damping: float, out: FloatArray) -> None:
     """(A Aᵀ + damping² I)⁻¹ A B, damped where the rows of A, (k, 3), are nearly dependent."""
     count, least = len(A), damping**2
@@ -165,7 +165,7 @@ def continuous_vector(vector: FloatArray, previous: FloatArray, out: FloatArray)
         out[axis] = (angle + turns * FULL_TURN) * vector[axis] / angle
 
 
-@compiled
+@compiled_into_caller
 def extract_pose(
     model: ModelArrays,
     rotations: FloatArray,
@@ -203,7 +203,7 @@ class Workspace(NamedTuple):
     unit: FloatArray  # (3, 3) the unit matrix
 
 
-@compiled
+@compiled_into_caller
 def make_workspace() -> Workspace:
     """Allocate the workspace."""
     return Workspace(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.joints import JOINT_PAIRS, LIMB_JOINTS
-from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 
 MIN_JOINTS = 3  # [-] observed joints of a group, below which its mean distance is not used
 
@@ -33,7 +33,7 @@ SWAPS = SwapArrays(
 )
 
 
-@compiled_in_place
+@compiled_into_caller
 def mean_distance(
     observed: FloatArray, predicted: FloatArray, pairs: NDArray[np.int64], swapped: bool
 ) -> float:
@@ -57,7 +57,7 @@ def mean_distance(
     return total / count if count >= MIN_JOINTS else np.nan
 
 
-@compiled_in_place
+@compiled_into_caller
 def are_opposed(observed: FloatArray, predicted: FloatArray, arrays: SwapArrays) -> bool:
     """Whether hips and shoulders alike have their left on the predicted right; false for NaN."""
     for group in range(len(arrays.groups)):
@@ -72,7 +72,7 @@ def are_opposed(observed: FloatArray, predicted: FloatArray, arrays: SwapArrays)
     return True
 
 
-@compiled_in_place
+@compiled_into_caller
 def is_swapped(observed: FloatArray, predicted: FloatArray, arrays: SwapArrays, group: int) -> bool:
     """Whether a group is clearly nearer to the prediction when it is swapped; false for NaN."""
     pairs = arrays.groups[group]

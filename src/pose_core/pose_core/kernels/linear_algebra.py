@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 
 
 @compiled_in_place
@@ -82,7 +82,7 @@ def inverse(A: Symmetric) -> Symmetric:
     return scaled(Symmetric(xx, xy, xz, yy, yz, zz), 1.0 / determinant)
 
 
-@compiled_in_place
+@compiled_into_caller
 def quadratic_form(A: Symmetric, v: FloatArray) -> float:
     """vᵀ A v."""
     x, y, z = v[0], v[1], v[2]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place, compiled_into_caller
 from pose_core.kernels.rotations import exponential, product, quaternion, transposed_product
 
 
@@ -46,7 +46,7 @@ def compute_link_transforms(
         T[3, 3] = 1.0
 
 
-@compiled
+@compiled_into_caller
 def compute_frame_poses(
     T_map_link: FloatArray,
     angles: FloatArray,

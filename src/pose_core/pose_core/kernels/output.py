@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.kernels.axial_rotation import Hinges, rotate_into_hinge_planes
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place, compiled_into_caller
 from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_pose
 from pose_core.kernels.joint_angle_extraction import continuous_vector, extract_pose
 from pose_core.kernels.link_frames import compute_link_transforms
@@ -133,7 +133,7 @@ def output_states(
         )
 
 
-@compiled
+@compiled_into_caller
 def blend(
     body: OutputBody,
     dt_s: float,
@@ -166,7 +166,7 @@ def blend(
     doubt_sweeping_joints(body.model, body.limits, blending, dof, is_known)
 
 
-@compiled
+@compiled_into_caller
 def add_unseen_motion(body: OutputBody, unseen_s: float, dof: DofEstimate) -> None:
     """Add to the root's variances how far it may have moved since cameras have last seen it."""
     is_carried = np.all(dof.information[IMUS, body.legs] > 0.0)
@@ -179,7 +179,7 @@ def add_unseen_motion(body: OutputBody, unseen_s: float, dof: DofEstimate) -> No
             dof.blended[axis] += (FLIGHT_M * min(unseen_s / FLIGHT_S, 1.0)) ** 2
 
 
-@compiled
+@compiled_into_caller
 def blend_root(
     dt_s: float, blend_s: float, R_map_root: FloatArray, blending: Blending, dof: DofEstimate
 ) -> None:
@@ -213,7 +213,7 @@ def blend_root(
         blending.position[at], blending.velocity[at] = dof.position[at], dof.velocity[at]
 
 
-@compiled
+@compiled_into_caller
 def blend_joints(
     model: ModelArrays,
     dt_s: float,

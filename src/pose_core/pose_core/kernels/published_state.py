@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled
+from pose_core.kernels.compiling import compiled_into_caller
 
 CAMERAS, IMUS = 0, 1  # the sources, as rows of the information
 
@@ -35,7 +35,7 @@ class DofEstimate(NamedTuple):
     blended: FloatArray  # (d,) [m²] or [rad²] variance that output blending adds
 
 
-@compiled
+@compiled_into_caller
 def make_dof_estimate(size: int) -> DofEstimate:
     """Allocate an estimate of ``size`` degrees of freedom."""
     return DofEstimate(

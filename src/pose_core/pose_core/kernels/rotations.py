@@ -7,7 +7,7 @@ r"""Rotations one at a time: matrices, rotation vectors, quaternions.
 import numpy as np
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 
 SMALL_ANGLE = 1e-6  # [rad] below it, series replace sin x / x and (1 - cos x) / x²
 
@@ -57,7 +57,7 @@ def rotate_right(x: float, y: float, z: float, R: FloatArray) -> None:
         R[i, 2] = c + first * w + second * (u * y - v * x)
 
 
-@compiled_in_place
+@compiled_into_caller
 def quaternion_of(R: FloatArray) -> tuple[float, float, float, float]:
     """The unit quaternion (x, y, z, w) of a rotation matrix, w ≥ 0.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled, compiled_in_place, compiled_into_caller
 from pose_core.stamps import NS_PER_S
 
 HEADER_SIZE = 4  # [bytes] of CDR's encapsulation; the second gives the byte order
@@ -41,7 +41,7 @@ def stamp_at(data: NDArray[np.uint8], at: int, is_little: bool) -> int:
     return seconds * NS_PER_S + integer(data, at + STAMP_SIZE // 2, is_little)
 
 
-@compiled
+@compiled_into_caller
 def copy_numbers(data: NDArray[np.uint8], at: int, is_little: bool, out: NDArray[np.uint8]) -> None:
     """Copy the bytes of 8-byte numbers into little-endian order."""
     for k in range(len(out)):
@@ -103,7 +103,7 @@ def read_imus(
         says_something[row] = has_orientation and is_quaternion and is_known
 
 
-@compiled
+@compiled_into_caller
 def read_angular_velocity(values: FloatArray, out: FloatArray) -> None:
     """Read a message's angular velocity [rad/s]; NaN if it has none, or an impossible one."""
     is_known = values[IMU_RATE_COVARIANCE] != -1.0  # REP 145
@@ -114,7 +114,7 @@ def read_angular_velocity(values: FloatArray, out: FloatArray) -> None:
         out[:] = np.nan
 
 
-@compiled
+@compiled_into_caller
 def read_acceleration(values: FloatArray, out: FloatArray) -> None:
     """Read a message's acceleration [m/s²]; NaN if it has none, or an impossible one."""
     # REP 145 has −1 for none; drivers without one send zeros, which only free fall measures.

@@ -13,6 +13,8 @@ from pose_view.report.figures import agreement, courses
 from pose_view.report.figures.canvas import FigureSet
 from pose_view.report.tables import accuracy, motion, stability
 
+LONG_S = 120.0  # [s] of a recording whose curves show little detail
+
 Block = Table | FigureSet | str
 """A table, figures, or a paragraph."""
 
@@ -33,7 +35,7 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
     parts = (  # anchor, title, content, whether methods can be hidden
         ("accuracy", "Accuracy", _accuracy(analysis), False),
         ("agreement", "Agreement", _agreement(analysis), False),
-        ("angles", "Angles over time", [courses.angle_figures(analysis)], True),
+        ("angles", "Angles over time", _angles(analysis), True),
         ("bland-altman", "Bland–Altman plots", _bland_altman(analysis), False),
         ("motion", "Range of motion and symmetry", _motion(analysis), False),
         ("cycles", "Cycles", _cycles(analysis), True),
@@ -67,6 +69,15 @@ def _accuracy(analysis: Analysis) -> Iterator[Block]:
 def _agreement(analysis: Analysis) -> Iterator[Block]:
     yield from view_tables(analysis.views)
     yield stability.method_table(analysis.angles)
+
+
+def _angles(analysis: Analysis) -> Iterator[Block]:
+    if analysis.recording.duration_s > LONG_S:
+        yield (
+            "A long recording hides single movements: report --from 60 --until 90, for example, "
+            "shows the half minute after the first."
+        )
+    yield courses.angle_figures(analysis)
 
 
 def _bland_altman(analysis: Analysis) -> Iterator[Block]:
