@@ -18,9 +18,7 @@ setup(
         (f"share/{package_name}/rviz", glob("rviz/*.rviz")),
         (f"share/{package_name}/foxglove", glob("foxglove/*.json")),
     ],
-    install_requires=["setuptools"],
     extras_require={"test": ["pytest"]},
-    zip_safe=True,
     description="Calibration, fusion and recording of one person's pose",
     license="Apache-2.0",
     entry_points={

@@ -16,9 +16,7 @@ setup(
         (f"share/{package_name}", ["package.xml", "README.md"]),
         (f"share/{package_name}/launch", glob("launch/*.launch.yaml")),
     ],
-    install_requires=["setuptools"],
     extras_require={"test": ["pytest"]},
-    zip_safe=False,
     description="A synthetic subject with virtual Kinects and IMUs",
     license="Apache-2.0",
     entry_points={

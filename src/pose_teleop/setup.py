@@ -17,9 +17,7 @@ setup(
         (f"share/{package_name}/config", glob("config/*.yaml")),
         (f"share/{package_name}/launch", glob("launch/*.launch.yaml")),
     ],
-    install_requires=["setuptools"],
     extras_require={"test": ["pytest"]},
-    zip_safe=True,
     description="A robot follows a person's joint angles",
     license="Apache-2.0",
     entry_points={

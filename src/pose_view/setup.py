@@ -16,9 +16,7 @@ setup(
         (f"share/{package_name}", ["package.xml", "README.md"]),
         (f"share/{package_name}/launch", glob("launch/*.launch.yaml")),
     ],
-    install_requires=["setuptools"],
     extras_require={"test": ["pytest"], "viewer": ["viser>=1.1.1,<2"]},
-    zip_safe=True,
     description="The live viewer in the browser and the report of a recording",
     license="Apache-2.0",
     entry_points={
