@@ -5,7 +5,7 @@ import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from pose_node.command_line import jobs
+from pose_node.command_line import add_option, jobs
 
 
 def add_paths(parser: argparse.ArgumentParser, name: str, metavar: str, meaning: str) -> None:
@@ -22,13 +22,7 @@ def add_motion_argument(parser: argparse.ArgumentParser) -> None:
 def add_jobs_argument(parser: argparse.ArgumentParser, most: int | None = None) -> None:
     """Declare the option ``--jobs``: by default as many as there are cores, up to ``most``."""
     cores = os.cpu_count() or 1
-    parser.add_argument(
-        "--jobs",
-        type=jobs,
-        default=min(most or cores, cores),
-        metavar="N",
-        help="processes at once (default: %(default)s)",
-    )
+    add_option(parser, "--jobs", min(most or cores, cores), "processes at once", "N", type=jobs)
 
 
 def add_list(

@@ -4,6 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from pose_core.errors import InputError, PoseError
 
@@ -52,11 +53,12 @@ def add_option(
     default: str | float,
     meaning: str,
     metavar: str | None = None,
+    **more: Any,
 ) -> None:
-    """Declare an option whose value is of the default's type; its help shows the default."""
+    """Declare an option with a default, which its help shows, and whose type it is if not given."""
     shown = f"{default:g}" if isinstance(default, float) else default
-    text = f"{meaning} (default: {shown})"
-    parser.add_argument(name, type=type(default), default=default, metavar=metavar, help=text)
+    more = {"type": type(default), "help": f"{meaning} (default: {shown})", **more}
+    parser.add_argument(name, default=default, metavar=metavar, **more)
 
 
 def add_flag(parser: argparse._ActionsContainer, name: str, meaning: str) -> None:
@@ -67,6 +69,11 @@ def add_flag(parser: argparse._ActionsContainer, name: str, meaning: str) -> Non
 def add_path(parser: argparse.ArgumentParser, name: str, metavar: str, meaning: str) -> None:
     """Declare an option that is a path, None by default."""
     parser.add_argument(name, type=Path, metavar=metavar, help=meaning)
+
+
+def add_output(parser: argparse.ArgumentParser, meaning: str) -> None:
+    """Declare the path that a tool writes to, which must be given."""
+    parser.add_argument("-o", "--output", type=Path, required=True, help=meaning)
 
 
 def check_folder_of(output: Path) -> None:

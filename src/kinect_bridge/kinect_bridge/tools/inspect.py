@@ -12,7 +12,7 @@ from kinect_bridge.sources.live import MAX_DISTANCE_M
 from pose_io.recordings.formats import AUTO, FORMATS, read_recording
 from pose_io.recordings.recording import Recording, SensorStream
 from pose_io.recordings.timeline import StreamTimeline, make_timeline, order_lines
-from pose_node.command_line import add_path, run_tool
+from pose_node.command_line import add_option, add_path, run_tool
 
 GAP_S = 0.5  # [s] shortest gap or absence that is listed
 
@@ -147,9 +147,7 @@ def _run() -> None:
     parser.add_argument("--print-only", action="store_true", help="draw nothing")
     picture = "the picture of the first frame (default: <recording>.png in this folder)"
     add_path(parser, "--figure", "PNG", picture)
-    parser.add_argument(
-        "--format", choices=(AUTO, *FORMATS), default=AUTO, help="how to read it (default: auto)"
-    )
+    add_option(parser, "--format", AUTO, "how to read it", choices=(AUTO, *FORMATS))
     options = parser.parse_args()
     recording = read_recording(options.file, options.format)
     description = describe(recording)

@@ -13,7 +13,7 @@ from rich.live import Live
 
 from pose_fusion.nodes.listener import GraphListener
 from pose_fusion.watching.terminal import page
-from pose_node.command_line import add_flag, number_within
+from pose_node.command_line import add_flag, add_option, number_within
 from pose_node.nodes.running import run_node
 
 PERIOD_S = 0.5  # [s] between pages
@@ -67,13 +67,8 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
     )
     page = "print one page and end, for scripts; so it does where there is no terminal"
     add_flag(parser, "--once", page)
-    parser.add_argument(
-        "--listen",
-        type=number_within(MIN_DURATION_S, MAX_DURATION_S, "s"),
-        default=LISTEN_S,
-        metavar="S",
-        help="how long --once listens first [s] (default: %(default)g)",
-    )
+    within = number_within(MIN_DURATION_S, MAX_DURATION_S, "s")
+    add_option(parser, "--listen", LISTEN_S, "how long --once listens first [s]", "S", type=within)
     return parser.parse_args(words)
 
 

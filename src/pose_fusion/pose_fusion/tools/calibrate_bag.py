@@ -26,7 +26,7 @@ from pose_fusion.session_extrinsics import checked_sensors
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
 from pose_io.renamed_topics import add_remap_argument
-from pose_node.command_line import check_folder_of
+from pose_node.command_line import add_output, check_folder_of
 from pose_node.plain_console import add_share, progress_bar
 
 
@@ -34,9 +34,7 @@ def make_parser() -> argparse.ArgumentParser:
     """The command line."""
     parser = argparse.ArgumentParser(prog="pose calibrate", description=__doc__)
     parser.add_argument("in_bag", type=Path, help="a bag with kinect_<name>/skeletons")
-    parser.add_argument(
-        "-o", "--output", type=Path, required=True, help="the YAML to write; replaced if it exists"
-    )
+    add_output(parser, "the YAML to write; replaced if it exists")
     parser.add_argument(
         "--sensors", nargs="+", metavar="NAME", help="the reference first (default: all, by name)"
     )

@@ -22,7 +22,7 @@ from pose_fusion.session_extrinsics import checked_sensors, find_extrinsics
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import BagReader, open_bag
 from pose_io.renamed_topics import add_remap_argument
-from pose_node.command_line import add_flag, add_option, check_folder_of
+from pose_node.command_line import add_flag, add_option, add_output, check_folder_of
 from pose_node.plain_console import progress_bar
 
 Show = Callable[[float, str], None]
@@ -33,13 +33,8 @@ def make_parser() -> argparse.ArgumentParser:
     """The command line."""
     parser = argparse.ArgumentParser(prog="pose calibrate imu", description=__doc__)
     parser.add_argument("in_bag", type=Path, nargs="?", help="a bag (default: the running sensors)")
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        required=True,
-        help="the session's YAML; if it exists, its poses of the Kinects are used and kept",
-    )
+    kept = "the session's YAML; if it exists, its poses of the Kinects are used and kept"
+    add_output(parser, kept)
     add_option(parser, "--timeout", 180.0, "give up after so long [s]")
     add_flag(parser, "--keep-going", "save the other sensors although some are at fault")
     add_remap_argument(parser)

@@ -1,7 +1,6 @@
 """Calibrate the running sensors while a person walks about in view of them."""
 
 import argparse
-from pathlib import Path
 
 from rich.console import Console
 
@@ -11,14 +10,14 @@ from pose_calibration.live.parameters import LiveCalibrationParameters
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments
 from pose_fusion.calibration_lines import extrinsics_lines
-from pose_node.command_line import add_option, check_folder_of
+from pose_node.command_line import add_option, add_output, check_folder_of
 from pose_node.plain_console import progress_bar
 
 
 def make_parser() -> argparse.ArgumentParser:
     """The command line."""
     parser = argparse.ArgumentParser(prog="pose calibrate live", description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, required=True, help="the YAML to write")
+    add_output(parser, "the YAML to write")
     add_option(parser, "--timeout", 180.0, "give up after so long [s]")
     add_arguments(parser.add_argument_group("parameters"), LiveCalibrationParameters)
     return parser

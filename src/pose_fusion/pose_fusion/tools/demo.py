@@ -235,19 +235,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_option(parser, "--seed", 1, "of the synthetic subject")
     add_flag(parser, "--view", "show it in the browser too, on http://127.0.0.1:8080")
-    parser.add_argument(
-        "--teleop",
-        action="store_true",
-        help="have a simulated robot's arm follow the subject's left arm, and show both in the "
-        "browser; needs ./pose build --teleop once",
-    )
+    follow = "have a simulated robot's arm follow the subject's left arm, and show both in the "
+    add_flag(parser, "--teleop", f"{follow}browser; needs ./pose build --teleop once")
     add_flag(parser, "--no-imu", "leave the virtual IMUs out")
-    parser.add_argument(
-        "--rate",
-        type=_positive,
-        default=1.0,
-        help="how many times faster than recorded to replay (default: 1)",
-    )
+    faster = "how many times faster than recorded to replay"
+    add_option(parser, "--rate", 1.0, faster, type=_positive)
     parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="folder to make (default: out/demo-…)"
     )

@@ -16,7 +16,7 @@ from pose_fusion.watching.findings import Finding, Verdict, graph_findings, wron
 from pose_fusion.watching.machine import machine_findings
 from pose_io.bag_repair import Condition, examine, mcap_file, repair
 from pose_io.bags import open_bag
-from pose_node.command_line import add_path, number_within, run_tool
+from pose_node.command_line import add_option, add_path, number_within, run_tool
 from pose_node.plain_console import add_share, plain_console, progress_bar
 
 LISTEN_S, MAX_DURATION_S = 4.0, 600.0  # [s] diagnostics are published once per second
@@ -98,13 +98,9 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     intact = "write the intact part of BAG as a new bag; BAG itself is never changed"
     add_path(parser, "--output", "REPAIRED", intact)
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")
-    parser.add_argument(
-        "--listen",
-        type=number_within(0.0, MAX_DURATION_S, "s"),
-        default=LISTEN_S,
-        metavar="S",
-        help="how long to listen to the graph [s]; 0: not at all (default: %(default)g)",
-    )
+    meaning = "how long to listen to the graph [s]; 0: not at all"
+    within = number_within(0.0, MAX_DURATION_S, "s")
+    add_option(parser, "--listen", LISTEN_S, meaning, "S", type=within)
     return parser.parse_args(arguments)
 
 

@@ -15,7 +15,7 @@ from pose_io.export.exporter import ExportOptions
 from pose_io.export.motion import BodyMotion, read_motion
 from pose_io.export.opensim import OPENSIM_MODELS
 from pose_io.export.registry import EXPORTERS
-from pose_node.command_line import number_within, run_tool
+from pose_node.command_line import add_option, add_output, number_within, run_tool
 from pose_node.many import add_many_arguments, run_many
 from pose_node.plain_console import add_share, progress_bar
 
@@ -33,13 +33,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("bag", type=Path, help="a bag with a fused pose, or a folder of bags")
     formats = "; ".join(f"{name}: {each.doc}" for name, each in EXPORTERS.items())
     parser.add_argument("--to", required=True, choices=EXPORTERS, metavar="FORMAT", help=formats)
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        required=True,
-        help="the file to write; replaced if it exists; of many bags, the files' folder",
-    )
+    add_output(parser, "the file to write; replaced if it exists; of many bags, the files' folder")
     parser.add_argument(
         "--body",
         default="",
@@ -57,12 +51,8 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         metavar="FILE",
         help="the body model that the bag was fused with, if it was one of your own",
     )
-    parser.add_argument(
-        "--opensim-model",
-        choices=OPENSIM_MODELS,
-        default="rajagopal2016",
-        help="whose conventions the mot follows (default: rajagopal2016)",
-    )
+    mot = "whose conventions the mot follows"
+    add_option(parser, "--opensim-model", "rajagopal2016", mot, choices=OPENSIM_MODELS)
     add_many_arguments(parser)
     return parser.parse_args(arguments)
 

@@ -34,7 +34,7 @@ from pose_io.bag_writer import STORAGES, BagWriter
 from pose_io.bags import BagReader, open_bag
 from pose_io.renamed_topics import add_remap_argument
 from pose_io.topics import imu_topics, sensor_topics
-from pose_node.command_line import add_flag, run_tool
+from pose_node.command_line import add_flag, add_option, run_tool
 from pose_node.many import add_many_arguments, run_many
 from pose_node.plain_console import add_share, progress_bar, waiting_bar
 
@@ -50,9 +50,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("out_bag", type=Path, help="the bag to make; of many, their folder")
     parser.add_argument("--params", type=Path, help="ROS parameter file, section 'fusion'")
     add_flag(parser, "--smooth", "also use later samples: the estimator 'smoothed'")
-    parser.add_argument(
-        "--storage", choices=STORAGES, default="mcap", help="of the new bag (default: mcap)"
-    )
+    add_option(parser, "--storage", "mcap", "of the new bag", choices=STORAGES)
     add_remap_argument(parser)
     add_many_arguments(parser)
     add_arguments(parser.add_argument_group("parameters of the fusion"), FusionNodeParameters)

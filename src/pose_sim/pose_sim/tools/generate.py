@@ -2,10 +2,9 @@
 
 import argparse
 import sys
-from pathlib import Path
 
 from pose_core.errors import InputError
-from pose_node.command_line import add_option, add_path, run_tool
+from pose_node.command_line import add_option, add_output, add_path, run_tool
 from pose_sim.captured.clips import read_clip
 from pose_sim.captured.motion import motion_of
 from pose_sim.choreography import CHOREOGRAPHIES
@@ -23,7 +22,7 @@ def make_parser() -> argparse.ArgumentParser:
         description="Make a session of the synthetic subject: two Kinects' skeletons, nine IMU "
         "nodes' frames, and the truth as a bag. Nothing in it comes from a person.",
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, help="folder to make")
+    add_output(parser, "folder to make")
     names = ", ".join(CHOREOGRAPHIES)
     add_option(parser, "--choreography", "leg_lift_march", f"one of {names}")
     captured = "perform the captured motion of a .bvh, .bvh.gz or .npz file instead"

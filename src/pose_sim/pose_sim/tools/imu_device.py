@@ -36,12 +36,8 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="PATH",
         help="path of the link to the terminal; with one sensor per port, PATH_SEGMENT",
     )
-    parser.add_argument(
-        "--device",
-        choices=tuple(BAUDRATES),
-        default="star",
-        help="kind of device: the star network's sink, or a sensor per port (default: %(default)s)",
-    )
+    kind = "kind of device: the star network's sink, or a sensor per port"
+    add_option(parser, "--device", "star", kind, choices=tuple(BAUDRATES))
     add_path(parser, "--nodes-file", "PATH", "write a nodes file for imu_bridge here")
     parser.add_argument(
         "--start-at",
@@ -54,8 +50,7 @@ def make_parser() -> argparse.ArgumentParser:
         ("--corrupted", 0.0005, "-", "SHARE", "frames with a wrong byte"),
         ("--jitter", 0.0, "s", "S", "mean delay on top of the session's own [s]"),
     ):
-        text, within = f"{meaning} (default: %(default)g)", number_within(0.0, 1.0, unit)
-        parser.add_argument(name, type=within, default=default, metavar=metavar, help=text)
+        add_option(parser, name, default, meaning, metavar, type=number_within(0.0, 1.0, unit))
     add_option(parser, "--seed", 1, "of all chance")
     return parser
 

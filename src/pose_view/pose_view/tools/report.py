@@ -55,13 +55,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--focus", default="", metavar="NAME", help="the method that single figures show"
     )
-    parser.add_argument(
-        "--joint",
-        default="right_knee",
-        choices=JOINTS,
-        metavar="JOINT",
-        help="whose x, y, z are shown (default: %(default)s)",
-    )
+    shown = "whose x, y, z are shown"
+    add_option(parser, "--joint", "right_knee", shown, "JOINT", choices=JOINTS)
     parser.add_argument(
         "--from",
         dest="from_s",

@@ -20,7 +20,7 @@ from pose_fusion.session_extrinsics import find_extrinsics
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import imu_topics, sensor_topics
-from pose_node.command_line import run_tool
+from pose_node.command_line import add_option, run_tool
 from pose_node.plain_console import add_share
 from pose_view.messages import estimate_snapshot
 from pose_view.parameters import ViewParameters
@@ -190,12 +190,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "bag", nargs="?", metavar="BAG", type=Path, help="a bag or a recording of skeletons"
     )
-    parser.add_argument(
-        "--person",
-        default="first",
-        help="the subject, where nobody was recorded: first, nearest, imus, or a sensor's id "
-        "(default: %(default)s)",
-    )
+    subject = "the subject, where nobody was recorded: first, nearest, imus, or a sensor's id"
+    add_option(parser, "--person", "first", subject)
     parser.add_argument(
         "--max-people",
         type=int,
