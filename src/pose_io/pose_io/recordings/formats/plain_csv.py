@@ -5,6 +5,7 @@ import gzip
 import io
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -177,9 +178,7 @@ def _joint_cells(positions: FloatArray, states: ByteArray) -> Iterator[str]:
 
 
 def _seconds(time_ns: int) -> str:
-    sign = "-" if time_ns < 0 else ""
-    seconds, nanoseconds = divmod(abs(time_ns), NS_PER_S)
-    return f"{sign}{seconds}.{nanoseconds:09d}"
+    return f"{Decimal(time_ns).scaleb(-9):.9f}"
 
 
 FORMAT = Format(key_columns=frozenset({"sensor", "host_time_s"}), read=read)
