@@ -1,7 +1,6 @@
 """Robot files: assignment of a URDF's joints to a person's arm; ``robots/*.yaml`` or a user's."""
 
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from pose_core.joints import SIDE_SIGNS
 from pose_teleop.extras import in_package
 
 Vector = tuple[float, ...]
-_FOLDER = files("pose_teleop") / "robots"
+_FOLDER = Path(__file__).with_name("robots")
 _REQUIRED = ("urdf", "joints", "shoulder", "elbow", "tool", "rest")
 
 
@@ -47,8 +46,7 @@ class RobotFile:
 
 def shipped_robots() -> tuple[str, ...]:
     """The names of the bundled robots."""
-    names = (entry.name for entry in _FOLDER.iterdir())
-    return tuple(sorted(name.removesuffix(".yaml") for name in names if name.endswith(".yaml")))
+    return tuple(sorted(path.stem for path in _FOLDER.glob("*.yaml")))
 
 
 def load_robot(name: str, side: str, urdf: str = "") -> RobotFile:
@@ -62,16 +60,13 @@ def load_robot(name: str, side: str, urdf: str = "") -> RobotFile:
     Raises:
         InputError: If there is no such robot, or its file is invalid.
     """
-    path = Path(name).expanduser()
-    if name in shipped_robots():
-        text = (_FOLDER / f"{name}.yaml").read_text("utf-8")
-    elif path.is_file():
-        text = path.read_text("utf-8")
-    else:
-        known = ", ".join(shipped_robots())
+    shipped = shipped_robots()
+    path = _FOLDER / f"{name}.yaml" if name in shipped else Path(name).expanduser()
+    if not path.is_file():
+        known = ", ".join(shipped)
         raise InputError(f"found no robot '{name}': expected one of {known}, or a YAML file")
     try:
-        content = yaml.safe_load(text)
+        content = yaml.safe_load(path.read_text("utf-8"))
     except yaml.YAMLError as error:
         raise InputError(f"{name} is not YAML: {str(error).splitlines()[0]}") from error
     missing = [key for key in _REQUIRED if key not in (content or {})]
