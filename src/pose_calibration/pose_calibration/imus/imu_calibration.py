@@ -12,7 +12,6 @@ from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_calibration.imus.guidance import how_to_move
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_core.api import (
-    Clocks,
     Extrinsics,
     ImuBlock,
     ImuUse,
@@ -74,10 +73,6 @@ class ImuCalibration:
         self.is_done, self.progress, self.missing = False, 0.0, self._absent() or NO_POSE
         self._begin_ns: int | None = None
         self._update_ns = 0
-
-    def use_clocks(self, clocks: Clocks) -> None:
-        """Use these clocks for later samples."""
-        self.pipeline.use_clocks(clocks)
 
     def add(self, sample: SkeletonSample | ImuBlock) -> None:
         """Add a sample."""

@@ -92,7 +92,7 @@ class ImuCalibrationNode(Node):
             self._clocks[message.source] = clock_of(message)
             if self.calibration is not None and self.extrinsics is not None:
                 self.extrinsics = replace(self.extrinsics, clocks=dict(self._clocks))
-                self.calibration.use_clocks(self._clocks)
+                self.calibration.pipeline.use_clocks(self._clocks)
 
     def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
         self._take_imus()
