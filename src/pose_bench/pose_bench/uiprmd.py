@@ -71,11 +71,6 @@ class Repetition:
     view: CameraView
     vicon: AngleSeries
 
-    @property
-    def vicon_s(self) -> float:
-        """Length of the Vicon's file [s]."""
-        return float(self.vicon.stamps_ns[-1] - self.vicon.stamps_ns[0]) * 1e-9
-
 
 @dataclass(frozen=True, kw_only=True)
 class AngleAgreement:
@@ -111,7 +106,8 @@ def read_repetitions(folder: Path) -> tuple[list[Repetition], Counters]:
             view=view_of_stream(read_recording(path, "uiprmd").streams[0]),
             vicon=read_uiprmd(vicon).angles,
         )
-        if abs(repetition.view.series.duration_s - repetition.vicon_s) > CUT_ALIKE_S:
+        vicon_s = 1e-9 * float(np.ptp(repetition.vicon.stamps_ns))
+        if abs(repetition.view.series.duration_s - vicon_s) > CUT_ALIKE_S:
             left_out.add("not_cut_alike")
             continue
         used.append(_in_true_time(repetition))

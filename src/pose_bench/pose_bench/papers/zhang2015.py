@@ -17,14 +17,11 @@ from pose_io.arrays import BoolArray, IntArray
 
 CHOREOGRAPHY, LEVEL = "arm_raises", "hard"
 ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
-SHOWN = tuple(
-    MethodSetup(name=name, estimator=estimator, use_imus=use_imus)
-    for name, estimator, use_imus in (
-        ("left", "left", False),
-        ("imu", "imu", True),
-        ("zhang2015", "zhang2015", True),
-        ("default+imus", "default", True),
-    )
+SHOWN = (
+    MethodSetup(name="left", estimator="left", use_imus=False),
+    MethodSetup(name="imu", estimator="imu", use_imus=True),
+    MethodSetup(name="zhang2015", estimator="zhang2015", use_imus=True),
+    MethodSetup(name="default+imus", estimator="default", use_imus=True),
 )
 """The single Kinect of zhang2015, the IMUs, the paper's fusion, the default with two Kinects."""
 
