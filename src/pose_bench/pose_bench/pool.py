@@ -16,11 +16,7 @@ T = TypeVar("T")
 
 
 def run_all(
-    work: Callable[..., T],
-    arguments: Sequence[tuple[Any, ...]],
-    *,
-    jobs: int,
-    name: str,
+    work: Callable[..., T], arguments: Sequence[tuple[Any, ...]], *, jobs: int, name: str
 ) -> list[T]:
     """Call a function with each of many arguments, and show the number of finished calls.
 

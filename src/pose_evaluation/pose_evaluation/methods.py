@@ -29,10 +29,7 @@ FUSED = "fused"
 
 
 def methods_of_bag(
-    bag: BagReader,
-    person: str = "",
-    body: str = "",
-    extrinsics: Extrinsics | None = None,
+    bag: BagReader, person: str = "", body: str = "", extrinsics: Extrinsics | None = None
 ) -> dict[str, SkeletonSeries]:
     """Every method's joints by its name, in the order of the tables.
 

@@ -114,12 +114,7 @@ def _problem_of_chunk(content: mmap.mmap, begin: int, length: int) -> str:
     return ""
 
 
-def repair(
-    path: Path,
-    condition: Condition,
-    output: Path,
-    progress: Progress | None = None,
-) -> int:
+def repair(path: Path, condition: Condition, output: Path, progress: Progress | None = None) -> int:
     """Write the intact messages of a file to a new bag, ordered by time and with an index.
 
     Args:

@@ -53,11 +53,7 @@ class BagReader:
     """
 
     def __init__(
-        self,
-        path: Path,
-        reader: AnyReader,
-        temporary: Path | None,
-        renamings: Sequence[Renaming],
+        self, path: Path, reader: AnyReader, temporary: Path | None, renamings: Sequence[Renaming]
     ) -> None:
         self.path = path
         self._reader = reader

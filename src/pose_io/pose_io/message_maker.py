@@ -35,11 +35,7 @@ class MessageMaker:
         return self.make("std_msgs/Header", stamp=stamp, frame_id=frame_id)
 
     def skeleton(
-        self,
-        header: Any,
-        person: str,
-        positions: FloatArray,
-        tracking_state: ByteArray,
+        self, header: Any, person: str, positions: FloatArray, tracking_state: ByteArray
     ) -> Any:
         """One person's joints, (15, 3) [m] in the header's frame, and their states, (15,)."""
         point = self._types["geometry_msgs/msg/Point"]

@@ -5,10 +5,7 @@ from numpy.typing import ArrayLike
 
 from imu_bridge.protocols.reading import STANDARD_GRAVITY
 
-FIELDS = (
-    "time",
-    *(f"{quantity}_{axis}" for quantity in ("acc", "gyro", "mag") for axis in "xyz"),
-)
+FIELDS = ("time", *(f"{quantity}_{axis}" for quantity in ("acc", "gyro", "mag") for axis in "xyz"))
 UNITS = {"time": "ms", "acc": "g", "gyro": "deg/s", "mag": "uT"}
 """Fields and units of the lines, as in a nodes file."""
 

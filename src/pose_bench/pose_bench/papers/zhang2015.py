@@ -48,8 +48,7 @@ def limb_table(seeds: Sequence[int]) -> Table:
 def _errors(seed: int) -> dict[str, FloatArray]:
     """RMS errors [°] of pitch and yaw, visible and occluded, shape (4,), by method."""
     session = bench_session(
-        SessionSpec(choreography=CHOREOGRAPHY, level=LEVEL, seed=seed),
-        imu_filter="madgwick",
+        SessionSpec(choreography=CHOREOGRAPHY, level=LEVEL, seed=seed), imu_filter="madgwick"
     )
     errors = {}
     for name, run in run_methods(session.samples, SHOWN, session.extrinsics).items():

@@ -38,12 +38,7 @@ class TextbookFilter:
         R_reference: Rotation of the root's zero rotation vector.
     """
 
-    def __init__(
-        self,
-        model: BodyModel,
-        shape: BodyShape,
-        R_reference: FloatArray,
-    ) -> None:
+    def __init__(self, model: BodyModel, shape: BodyShape, R_reference: FloatArray) -> None:
         self._model, self._shape, self._R_reference = model, shape, R_reference
         size = 2 * model.size
         self.ukf = UnscentedKalmanFilter(

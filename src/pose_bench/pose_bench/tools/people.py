@@ -24,12 +24,7 @@ COLUMNS = ("they leave", "skeletons", "switches", "wrong [%]", "held back [%]", 
 
 
 def make_scene(
-    people: int,
-    seed: int,
-    duration_s: float,
-    *,
-    leaves: bool = True,
-    folders: Sequence[Path] = (),
+    people: int, seed: int, duration_s: float, *, leaves: bool = True, folders: Sequence[Path] = ()
 ) -> Crowd:
     """A scene with people from folders of clips before two cameras, determined by the seed.
 

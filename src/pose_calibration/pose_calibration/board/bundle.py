@@ -48,10 +48,7 @@ class Bundle:
     """
 
     def __init__(
-        self,
-        board: Board,
-        cameras: Mapping[str, Camera],
-        views: Sequence[Mapping[str, BoardView]],
+        self, board: Board, cameras: Mapping[str, Camera], views: Sequence[Mapping[str, BoardView]]
     ) -> None:
         self._cameras = cameras
         self._names = list(cameras)

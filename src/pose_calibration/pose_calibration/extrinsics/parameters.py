@@ -22,12 +22,7 @@ class CalibrationParameters:
         limits=(10, 100_000),
         doc="required frames in which a sensor and the first one see the person",
     )
-    rotation_stddev: float = parameter(
-        0.0873,
-        unit="rad",
-        limits=(0.001, 0.2),
-        doc=ROTATION_DOC,
-    )
+    rotation_stddev: float = parameter(0.0873, unit="rad", limits=(0.001, 0.2), doc=ROTATION_DOC)
     median_residual: float = parameter(
         0.25,
         unit="m",

@@ -90,9 +90,7 @@ class KnownMounting:
 
 
 def estimate_floor(
-    positions: FloatArray,
-    mounting: KnownMounting | None = None,
-    gravity: Gravity | None = None,
+    positions: FloatArray, mounting: KnownMounting | None = None, gravity: Gravity | None = None
 ) -> FloorEstimate:
     """Estimate ``map`` from skeletons.
 

@@ -57,9 +57,7 @@ class ImuCalibration:
         self.parameters = parameters
         self.pipeline = Pipeline(
             PipelineParameters(
-                sensors=parameters.sensors,
-                tracker_delay=parameters.tracker_delay,
-                output_rate=0.0,
+                sensors=parameters.sensors, tracker_delay=parameters.tracker_delay, output_rate=0.0
             ),
             extrinsics,
         )

@@ -48,11 +48,7 @@ class Estimator(ABC):
     """Whether it estimates sensor-to-segment alignments, which another pass can begin with."""
 
     def __init__(
-        self,
-        model: BodyModel,
-        shape: BodyShape,
-        parameters: PipelineParameters,
-        counters: Counters,
+        self, model: BodyModel, shape: BodyShape, parameters: PipelineParameters, counters: Counters
     ) -> None:
         self.model = model
         self.shape = shape

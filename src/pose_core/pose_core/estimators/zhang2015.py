@@ -150,9 +150,7 @@ class Zhang2015Estimator(StepwiseEstimator):
                 continue
             ends = [JOINT_INDEX[joint] for joint in self.model.ends(link.name)]
             weights[link.name] = weight = minimum_variance_weights(
-                KINECT_STDDEV**2,
-                IMU_STDDEV**2,
-                is_tracked=bool(tracked[ends].all()),
+                KINECT_STDDEV**2, IMU_STDDEV**2, is_tracked=bool(tracked[ends].all())
             )
             mean = fuse_trunk if link.parent is None else fuse_limb
             pose.rotations[index] = mean(pose.rotations[index], attitude, weight.imu)
@@ -169,12 +167,7 @@ class Zhang2015Estimator(StepwiseEstimator):
                 pose.velocity = (pose.position - before) / step_s
 
     def _extract_angles(
-        self,
-        pose: FusedPose,
-        index: int,
-        link: Link,
-        weight: Weights | None,
-        before: np.ndarray,
+        self, pose: FusedPose, index: int, link: Link, weight: Weights | None, before: np.ndarray
     ) -> None:
         """Compute one link's angles and, if it carries an IMU, their source."""
         if link.parent is None:

@@ -41,8 +41,7 @@ class CameraLag:
         """The instant after which the IMUs give the next frame."""
         silent_ns = min(max(5 * max(self._intervals_ns, default=0) // 4, ALONE_NS), LATEST_ALONE_NS)
         return max(
-            self._newest_seen_ns + self._usual_lag_ns() + silent_ns,
-            self._newest_frame_ns + STEP_NS,
+            self._newest_seen_ns + self._usual_lag_ns() + silent_ns, self._newest_frame_ns + STEP_NS
         )
 
     def instants(self, stamp_ns: int) -> tuple[int, ...]:

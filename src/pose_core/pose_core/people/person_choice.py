@@ -86,11 +86,7 @@ class PersonChoice:
         return named[0] if named else None
 
     def _still_nearest(
-        self,
-        chosen: PersonTrack,
-        present: Sequence[PersonTrack],
-        stamp_ns: int,
-        place: FloatArray,
+        self, chosen: PersonTrack, present: Sequence[PersonTrack], stamp_ns: int, place: FloatArray
     ) -> PersonTrack:
         nearest = self._best(present, place) or chosen
         if _distance(nearest, place) > _distance(chosen, place) - NEARER_M:

@@ -129,11 +129,7 @@ def fuse(
     with BagWriter(out_bag, storage) as writer:
         with waiting_bar(console, "calibrating"):
             extrinsics = find_extrinsics(
-                bag,
-                parameters.sensors,
-                say,
-                parameters.extrinsics_file,
-                imus=parameters.use_imus,
+                bag, parameters.sensors, say, parameters.extrinsics_file, imus=parameters.use_imus
             )
         if alignments:
             say(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")

@@ -130,10 +130,7 @@ class BodyMotion:
 
 
 def read_motion(
-    bag: BagReader,
-    body: str = "",
-    progress: Progress | None = None,
-    model: BodyModel | None = None,
+    bag: BagReader, body: str = "", progress: Progress | None = None, model: BodyModel | None = None
 ) -> BodyMotion:
     """The fused motion of a bag.
 

@@ -160,11 +160,7 @@ def _states(covered: FloatArray, model: TrackerModel, rng: np.random.Generator) 
 
 
 def _offsets(
-    true: FloatArray,
-    joints: int,
-    camera: FloatArray,
-    model: TrackerModel,
-    rng: np.random.Generator,
+    true: FloatArray, joints: int, camera: FloatArray, model: TrackerModel, rng: np.random.Generator
 ) -> FloatArray:
     """Offsets of the joints in the body [m], rotated with its heading."""
     shape = len(true), joints, 3

@@ -76,10 +76,7 @@ class Wanted:
 
 
 def read_report_data(
-    bag: BagReader,
-    wanted: Wanted,
-    find_extrinsics: FindExtrinsics,
-    progress: Progress,
+    bag: BagReader, wanted: Wanted, find_extrinsics: FindExtrinsics, progress: Progress
 ) -> ReportData:
     """Read a bag, and run the estimators over it.
 
