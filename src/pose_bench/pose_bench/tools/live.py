@@ -45,10 +45,9 @@ def _latency_table(result: LiveResult) -> Table:
         columns=["median", "99 %", "most"],
         rows=rows,
         note=f"{len(result.latency_ms)} joint states; {result.missing} instants of the output grid "
-        "without one. "
-        "Stages: the last ten seconds of the reference camera's frames, from the fusion's "
-        "diagnostics; the last stage includes the wait for the next instant of the grid. Two "
-        "Kinects at 30 Hz, nine IMUs at 100 Hz, synthetic, with recorder and calibration. "
+        "without one. Stages: the last ten seconds of the reference camera's frames, from the "
+        "fusion's diagnostics; the last stage includes the wait for the next instant of the grid. "
+        "Two Kinects at 30 Hz, nine IMUs at 100 Hz, synthetic, with recorder and calibration. "
         f"{machine()}.",
     )
 

@@ -157,6 +157,5 @@ def _table(scores: dict[str, TeleopScores], arguments: argparse.Namespace) -> Ta
         rows=[text_row(name, *map(cell, scores.values())) for name, cell in ROWS.items()],
         note=f"{arguments.duration:g} s each; {killed}. Tool: distance from where the pose of the "
         "moment asks it to be, soft starts included. Latency: from the stamp that is followed to "
-        "the command in another process. Limits: positive is beyond. "
-        f"{machine()}.",
+        f"the command in another process. Limits: positive is beyond. {machine()}.",
     )

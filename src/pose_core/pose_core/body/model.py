@@ -184,8 +184,7 @@ def load_body_model(name: str) -> BodyModel:
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"body model {name} lacks a field or has a wrong one ({type(error).__name__}: "
-            f"{error}): "
-            "expected the form of pose_core/body/body_models/default.yaml"
+            f"{error}): expected the form of pose_core/body/body_models/default.yaml"
         ) from error
     if is_path and model.name in available_models():
         raise InputError(f"body model {name} is named '{model.name}' as a bundled one: rename it")

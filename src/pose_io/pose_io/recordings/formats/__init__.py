@@ -71,7 +71,6 @@ def detect_format(path: Path) -> str:
     separated = ", columns separated by commas, decimal points" if other_separator else ""
     raise InputError(
         f"{path} is of no known format: its header begins with {shown!r}, expected the columns "
-        f"of {known}, or a file of {others}; "
-        "convert it to the plain CSV that the README of kinect_bridge describes"
-        f"{separated}"
+        f"of {known}, or a file of {others}; convert it to the plain CSV that the README of "
+        f"kinect_bridge describes{separated}"
     )

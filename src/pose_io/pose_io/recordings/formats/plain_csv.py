@@ -69,9 +69,8 @@ def _refuse_other_units(path: Path, stream: SensorStream) -> None:
     if step_s >= ROUNDED_STEP_S and stream.rows_repeated > len(stream.person):
         rows = len(stream.person) + stream.rows_repeated
         raise InputError(
-            f"{path}: {stream.rows_repeated} of {rows} rows of "
-            f"sensor '{stream.name}' have the time of another row: host_time_s is rounded; write "
-            "it with milliseconds"
+            f"{path}: {stream.rows_repeated} of {rows} rows of sensor '{stream.name}' have the "
+            "time of another row: host_time_s is rounded; write it with milliseconds"
         )
 
 
