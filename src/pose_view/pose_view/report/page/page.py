@@ -171,7 +171,6 @@ def render_page(analysis: Analysis, joint: str) -> str:
         notes=notes(analysis),
         said=analysis.recording.said,
         sections=parts,
-        contents=[(part.anchor, part.title) for part in parts],
         methods=_methods(analysis, parts),
     )
 
