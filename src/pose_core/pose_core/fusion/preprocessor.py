@@ -185,10 +185,6 @@ class Preprocessor:
             yield block.rows(slice(start, stop)) if stop - start < len(block) else block
             start = stop
 
-    def _take_imus(self, block: ImuBlock) -> None:
-        self.counters.add("imu_samples_out_of_order", self.imus.add(block))
-        self.counters.add("frames_of_imus_alone", self.frames.add_imus(block.stamps_ns))
-
     def _frames_of(self, samples: SkeletonSample | ImuBlock) -> Iterator[AlignedFrame]:
         """Take samples, part by part; yield the frames that each part makes ready."""
         if isinstance(samples, SkeletonSample):
@@ -196,7 +192,8 @@ class Preprocessor:
             yield from self._ready_frames()
         else:
             for part in self._imu_parts(samples):
-                self._take_imus(part)
+                self.counters.add("imu_samples_out_of_order", self.imus.add(part))
+                self.counters.add("frames_of_imus_alone", self.frames.add_imus(part.stamps_ns))
                 yield from self._ready_frames()
 
     def _observations(self, frames: Iterable[AlignedFrame]) -> Iterator[Observation]:

@@ -69,9 +69,8 @@ def reference_delay_s(clocks: Clocks) -> float:
     """
     offsets_ns = [clock.offset_ns for source, clock in clocks.items() if not is_imus(source)]
     behind_s = max(0.0, -min(offsets_ns, default=0) / NS_PER_S)
-    by_delays = (
-        max(0.0, 1.0 - behind_s / USUAL_DELAY_S) / USUAL_DELAY_S
-    )  # difference of two even delays
+    # The difference of two even delays has a triangular density.
+    by_delays = max(0.0, 1.0 - behind_s / USUAL_DELAY_S) / USUAL_DELAY_S
     by_clocks = 0.5 / CLOCKS_APART_S
     return behind_s * by_delays / (by_delays + by_clocks)
 
