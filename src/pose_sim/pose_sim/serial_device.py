@@ -144,12 +144,6 @@ class PseudoTerminal:
         os.close(self._slave)
         os.close(self._master)
 
-    def __enter__(self) -> "PseudoTerminal":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
 
 @dataclass(frozen=True, kw_only=True)
 class Sent:

@@ -1,6 +1,7 @@
 import os
 import select
 import stat
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -127,14 +128,14 @@ def test_jitter_only_delays_and_keeps_the_order():
 
 def test_a_reader_finds_the_bytes_unchanged_under_the_link(tmp_path):
     everything = bytes(range(256))  # a terminal that is not raw would swallow some
-    with PseudoTerminal(tmp_path / "tty") as terminal:
+    with closing(PseudoTerminal(tmp_path / "tty")) as terminal:
         assert stat.S_ISCHR(os.stat(terminal.link).st_mode)
         terminal.write(everything)
         assert read_some(terminal.link, enough=256) == everything
 
 
 def test_bytes_that_are_not_read_are_lost_and_counted(tmp_path):
-    with PseudoTerminal(tmp_path / "tty") as terminal:
+    with closing(PseudoTerminal(tmp_path / "tty")) as terminal:
         for _ in range(3000):
             terminal.write(bytes(100))
         kept = terminal.counters["bytes_written"]
@@ -144,7 +145,7 @@ def test_bytes_that_are_not_read_are_lost_and_counted(tmp_path):
 
 
 def test_the_link_is_removed_afterwards(tmp_path):
-    with PseudoTerminal(tmp_path / "tty") as terminal:
+    with closing(PseudoTerminal(tmp_path / "tty")) as terminal:
         assert terminal.link.is_symlink()
     assert list(tmp_path.iterdir()) == []
 
@@ -152,7 +153,7 @@ def test_the_link_is_removed_afterwards(tmp_path):
 def test_a_link_left_behind_is_replaced(tmp_path):
     link = tmp_path / "tty"
     link.symlink_to("/dev/pts/999999")
-    with PseudoTerminal(link) as terminal:
+    with closing(PseudoTerminal(link)) as terminal:
         assert os.readlink(link) == terminal.device
 
 

@@ -5,7 +5,7 @@ import signal
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from functools import partial
 from pathlib import Path
 
@@ -78,7 +78,7 @@ def run() -> int:
     }
     with ExitStack() as stack:
         terminals = [
-            stack.enter_context(PseudoTerminal(link, BAUDRATES[arguments.device]))
+            stack.enter_context(closing(PseudoTerminal(link, BAUDRATES[arguments.device])))
             for link in transmissions
         ]
         if arguments.nodes_file is not None:
