@@ -137,11 +137,7 @@ def heading_cosine_sine(R_map_root: FloatArray) -> tuple[float, float]:
 
 @compiled_in_place
 def joint_variance(
-    constants: CameraConstants,
-    state: FilterState,
-    frame: CameraFrame,
-    joint: int,
-    occlusion: float,
+    constants: CameraConstants, state: FilterState, frame: CameraFrame, joint: int, occlusion: float
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
     variance = noise_scale(state) * constants.variance + constants.occluded_variance * occlusion**2

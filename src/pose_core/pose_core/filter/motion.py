@@ -108,10 +108,7 @@ def transform_covariance(
 
 @compiled_in_place
 def add_process_noise(
-    constants: MotionConstants,
-    state: FilterState,
-    dt_s: float,
-    keep_slide: float,
+    constants: MotionConstants, state: FilterState, dt_s: float, keep_slide: float
 ) -> None:
     """Add the process noise Q of one time step to P."""
     P, links = state.P, state.layout.links

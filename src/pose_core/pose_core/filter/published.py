@@ -79,11 +79,7 @@ def predict_published(
 
 @compiled_into_caller
 def rotate_with_imus(
-    state: FilterState,
-    before: ImuFrame,
-    imus: ImuFrame,
-    pose: Pose,
-    rate_times_s: FloatArray,
+    state: FilterState, before: ImuFrame, imus: ImuFrame, pose: Pose, rate_times_s: FloatArray
 ) -> None:
     """Rotate the links whose IMU has samples at both instants as it has turned between them.
 

@@ -79,10 +79,7 @@ def estimate_shared_offsets(
         state.shared.waist_mean[axis] = mean
         hips[axis] = constants.half_hips * constants.hips_variance * precision * mean
         shoulders[axis] = constants.half_shoulders * of_shoulders * precision * mean
-    for hip, shoulder, sign in (
-        (LEFT_HIP, LEFT_SHOULDER, 1.0),
-        (RIGHT_HIP, RIGHT_SHOULDER, -1.0),
-    ):
+    for hip, shoulder, sign in ((LEFT_HIP, LEFT_SHOULDER, 1.0), (RIGHT_HIP, RIGHT_SHOULDER, -1.0)):
         state.shared.offset[hip, 0] = sign * hips[TURN]
         state.shared.offset[hip, 2] = -sign * hips[BEND]
         state.shared.offset[shoulder, 0] = -sign * shoulders[TURN]

@@ -180,11 +180,7 @@ def start_state(
 
 
 def with_imu(
-    state: FilterState,
-    link: int,
-    R_sensor_link: FloatArray,
-    heading: float,
-    covariance: FloatArray,
+    state: FilterState, link: int, R_sensor_link: FloatArray, heading: float, covariance: FloatArray
 ) -> FilterState:
     """The state with the alignment of an IMU, added or replaced.
 

@@ -39,10 +39,7 @@ class StepResult(NamedTuple):
 
 @compiled
 def update_with_imus(
-    constants: FilterConstants,
-    state: FilterState,
-    imus: ImuFrame,
-    information: FloatArray,
+    constants: FilterConstants, state: FilterState, imus: ImuFrame, information: FloatArray
 ) -> bool:
     """Measurement update with the aligned IMUs; returns whether the result is finite.
 

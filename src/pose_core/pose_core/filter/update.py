@@ -87,12 +87,7 @@ def robust_update(constants: UpdateConstants, state: FilterState, rows: Rows) ->
     explained = common.copy()
     solve_vector(S, explained)
     result = UpdateResult(
-        is_finite,
-        weights,
-        nis,
-        HPHt,
-        np.dot(common, solved),
-        1.0 - np.dot(common, explained),
+        is_finite, weights, nis, HPHt, np.dot(common, solved), 1.0 - np.dot(common, explained)
     )
     if not is_finite:
         return result

@@ -114,12 +114,7 @@ class OrientationCheck:
         orientation = np.array(block.orientation)
         is_used = np.empty(len(block), np.bool_)
         are_as_given = self._check_samples(
-            self._rows.memory,
-            imu,
-            block.stamps_ns,
-            orientation,
-            block.angular_velocity,
-            is_used,
+            self._rows.memory, imu, block.stamps_ns, orientation, block.angular_velocity, is_used
         )
         if are_as_given:
             return block

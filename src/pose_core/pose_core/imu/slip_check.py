@@ -77,11 +77,7 @@ class SlipCheck:
         return not 0 <= stamp_ns - self._last_ns[sensor] < PERIOD_NS
 
     def add(
-        self,
-        stamp_ns: int,
-        positions: FloatArray,
-        imus: ImuMeasurements,
-        headings: FloatArray,
+        self, stamp_ns: int, positions: FloatArray, imus: ImuMeasurements, headings: FloatArray
     ) -> None:
         """Add one instant; the sums restart if there is a new IMU.
 

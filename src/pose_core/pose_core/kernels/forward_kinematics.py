@@ -57,11 +57,7 @@ def compute_pose(
 
 @compiled_into_caller
 def compute_link_rotation(
-    model: ModelArrays,
-    link: int,
-    R_reference: FloatArray,
-    state: FloatArray,
-    rotations: FloatArray,
+    model: ModelArrays, link: int, R_reference: FloatArray, state: FloatArray, rotations: FloatArray
 ) -> None:
     """Compute one link's ``R_map_link``, given its parent's."""
     parent = model.parents[link]

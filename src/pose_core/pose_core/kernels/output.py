@@ -103,14 +103,7 @@ def output_states(
         root_blend_s = max(BLEND_S, BLEND_OF_PREDICTION * state.ahead_s[0])
         skeleton_dt_s = advance_skeleton_clock(blending, dof, dt_s)
         blend(
-            body,
-            dt_s,
-            skeleton_dt_s,
-            root_blend_s,
-            rotations[0],
-            blending,
-            dof,
-            output.is_known[n],
+            body, dt_s, skeleton_dt_s, root_blend_s, rotations[0], blending, dof, output.is_known[n]
         )
         published_variance(
             dof,
@@ -215,11 +208,7 @@ def blend_root(
 
 @compiled_into_caller
 def blend_joints(
-    model: ModelArrays,
-    dt_s: float,
-    state: PublishedState,
-    blending: Blending,
-    joints: FloatArray,
+    model: ModelArrays, dt_s: float, state: PublishedState, blending: Blending, joints: FloatArray
 ) -> None:
     """Blend the joints, relative to the root as published.
 

@@ -141,11 +141,7 @@ def decay(
 
 @compiled_in_place
 def blend_angle(
-    blending: Blending,
-    at: int,
-    dt_s: float,
-    dof: DofEstimate,
-    limits: FloatArray,
+    blending: Blending, at: int, dt_s: float, dof: DofEstimate, limits: FloatArray
 ) -> bool:
     """Blend one joint angle; return whether it is known.
 
