@@ -124,6 +124,7 @@ from pose_core.streams.clocks import (
     Clock as Clock,
     Clocks as Clocks,
     block_on_reference_clock as block_on_reference_clock,
+    earlier_than_reference_s as earlier_than_reference_s,
     is_imus as is_imus,
     moved_most_ns as moved_most_ns,
     on_reference_clock as on_reference_clock,

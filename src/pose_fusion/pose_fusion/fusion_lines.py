@@ -8,6 +8,7 @@ from pose_core.api import (
     BodyShape,
     PeoplePipeline,
     Pipeline,
+    earlier_than_reference_s,
     reference_delay_s,
 )
 from pose_core.stamps import NS_PER_S
@@ -106,12 +107,21 @@ def missing_lines(subject: Pipeline) -> Iterator[str]:
 def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
     """How late each camera's tracker is; without IMUs, how late the reference's probably is."""
     if not pipeline.imu_samples:
+        if pipeline.parameters.tracker_delay:
+            return
         late_s = reference_delay_s(pipeline.clocks)
-        if late_s > NOTABLE_S and not pipeline.parameters.tracker_delay:
+        earlier_s = earlier_than_reference_s(pipeline.clocks)
+        if late_s > NOTABLE_S:
             yield (
                 f"poses: {1e3 * late_s:.0f} ms before the reference's stamps, whose tracker is "
                 "probably late, as another camera seems earlier; its clock may differ instead: "
                 "--tracker-delay says how late it is"
+            )
+        elif earlier_s > NOTABLE_S:
+            yield (
+                "poses: at the reference's stamps, though another camera seems "
+                f"{1e3 * earlier_s:.0f} ms earlier: their clocks differ, or the reference's "
+                "tracker is late by that much (does it smooth?), which --tracker-delay corrects"
             )
         return
     delays_s = pipeline.subject.tracker_delays_s
@@ -126,7 +136,10 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
                 line += ": longer than usual, or the IMUs' clock is behind, which looks alike"
             yield line
         else:
-            why = "too little motion at the end, or the IMUs' clocks differ"
+            why = (
+                "too little motion at the end, limbs that are late by different times (a tracker "
+                "that smooths, straps that swing), or clocks of the IMUs that differ"
+            )
             yield f"tracker of {sensor}: delay not known: {why}"
     if late_s := pipeline.subject.imus_late_s:
         yield f"IMUs: at the end, {1e3 * late_s:.0f} ms later than the frames: see their clocks"

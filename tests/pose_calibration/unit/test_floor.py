@@ -204,6 +204,21 @@ def test_resting_feet_do_not_tilt_a_sensor_that_is_taken_as_level():
     assert abs(floor.height - 1.2) < 2.0 * floor.height_stddev
 
 
+def test_feet_that_a_seated_person_s_tracker_guesses_do_not_tilt_a_sensor_taken_as_level():
+    """They wander by half a metre over a slope, in several cells of the floor."""
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0, 0.0)
+    positions = np.full((600, 15, 3), np.nan)
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(-0.28, 0.28, (2, 600))
+    foot_map = np.stack([2.0 + x, y, 0.15 + 0.2 * x], axis=1)
+    for name in ("left_foot", "right_foot"):
+        seen = (foot_map - T[:3, 3]) @ T[:3, :3]
+        positions[:, JOINT_INDEX[name]] = seen + rng.normal(0.0, 0.01, (600, 3))
+    floor = estimate_floor(positions)
+    assert floor.source == LEVEL_SENSOR
+    assert up_error_deg(floor.T_map_reference, T) < 0.1
+
+
 def test_gross_errors_of_resting_feet_do_not_tilt_the_vertical():
     T = sensor_pose(0.0, 0.0, 1.2, 0.0)
     rng = np.random.default_rng(3)

@@ -2,6 +2,9 @@
 
 from types import SimpleNamespace
 
+import pytest
+
+from pose_core.streams.clocks import Clock
 from pose_fusion.fusion_lines import delay_lines, fault_lines
 
 
@@ -32,3 +35,23 @@ def test_a_delay_that_may_be_a_clock_s_offset_is_said_to_be_one_of_both():
         "which looks alike"
     )
     assert right == "tracker of right: delay 60 ± 8 ms"
+
+
+@pytest.mark.parametrize(
+    ("ahead_ms", "tracker_delay", "begin"),
+    [
+        (-60, 0.0, "poses: 42 ms before the reference's stamps, whose tracker is probably late"),
+        (-146, 0.0, "poses: at the reference's stamps, though another camera seems 146 ms earlier"),
+        (-146, 0.15, ""),
+        (146, 0.0, ""),
+    ],
+)
+def test_without_imus_a_camera_that_seems_earlier_is_named(ahead_ms, tracker_delay, begin):
+    pipeline = SimpleNamespace(
+        imu_samples=0,
+        clocks={"right": Clock(offset_ns=ahead_ms * 1_000_000)},
+        parameters=SimpleNamespace(tracker_delay=tracker_delay),
+    )
+    lines = list(delay_lines(pipeline))
+    assert len(lines) == bool(begin)
+    assert not begin or lines[0].startswith(begin)

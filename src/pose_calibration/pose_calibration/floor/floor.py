@@ -112,7 +112,11 @@ def estimate_floor(
     if len(standing) >= MIN_UPRIGHT_FRAMES:
         plane = _plane(standing, up, up_stddev)
         may_lie = gravity is None and source == UPRIGHT_BODY and up_stddev > BODY_STDDEV
-        if may_lie or (source == LEVEL_SENSOR and plane[2] >= FEET_COUNT_BELOW * up_stddev):
+        # Nobody was seen on the feet: those of a seated person stay at a place, hidden and guessed.
+        level = standing - np.outer(standing @ up, up)
+        way_m = np.ptp(np.percentile(level, (5, 95), axis=0), axis=0).max()
+        is_plane_known = way_m >= WALKED_M and plane[2] < FEET_COUNT_BELOW * up_stddev
+        if may_lie or (source == LEVEL_SENSOR and not is_plane_known):
             plane = _plane(standing, up, up_stddev, have_walked=False)
         up, sole, slope_stddev, sole_stddev = plane
         height = ANKLE_HEIGHT_M - sole

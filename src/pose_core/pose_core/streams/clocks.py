@@ -59,6 +59,12 @@ def is_imus(source: str) -> bool:
     return source == IMUS or source.startswith(ONE_IMU)
 
 
+def earlier_than_reference_s(clocks: Clocks) -> float:
+    """How much earlier [s] than the reference the earliest other camera seems; 0 if none does."""
+    offsets_ns = [clock.offset_ns for source, clock in clocks.items() if not is_imus(source)]
+    return max(0.0, -min(offsets_ns, default=0) / NS_PER_S)
+
+
 def reference_delay_s(clocks: Clocks) -> float:
     """How late the reference's tracker probably is [s], by the offsets of the other cameras.
 
@@ -67,12 +73,11 @@ def reference_delay_s(clocks: Clocks) -> float:
     late. Prior: as often one clock, and delays evenly between 0 and :data:`USUAL_DELAY_S`, as
     clocks that differ evenly by up to :data:`CLOCKS_APART_S`. The result is the mean under it.
     """
-    offsets_ns = [clock.offset_ns for source, clock in clocks.items() if not is_imus(source)]
-    behind_s = max(0.0, -min(offsets_ns, default=0) / NS_PER_S)
+    earlier_s = earlier_than_reference_s(clocks)
     # The difference of two even delays has a triangular density.
-    by_delays = max(0.0, 1.0 - behind_s / USUAL_DELAY_S) / USUAL_DELAY_S
+    by_delays = max(0.0, 1.0 - earlier_s / USUAL_DELAY_S) / USUAL_DELAY_S
     by_clocks = 0.5 / CLOCKS_APART_S
-    return behind_s * by_delays / (by_delays + by_clocks)
+    return earlier_s * by_delays / (by_delays + by_clocks)
 
 
 def reference_stamp_ns(sample: SkeletonSample, clocks: Clocks) -> int:
