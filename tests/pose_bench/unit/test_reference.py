@@ -144,6 +144,35 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, links, seed):
         assert result == pytest.approx(expected, rel=1e-7, nan_ok=True)
 
 
+def noise_learnt_with_trackers_that_are(late_s):
+    """Mean factor of the IMUs' noise after frames of two cameras with the same errors."""
+    errors = CONSTANTS.tracker_errors._replace(known_delay_s=late_s, delay_prior=1e6)
+    constants = CONSTANTS._replace(tracker_errors=errors)
+    rng = np.random.default_rng(8)
+    state, dof = random_state(rng, imus=WORN)
+    state.views.delay[:], state.imus.noise[:] = late_s, 4.0
+    plain, truth = ReferenceFilter(constants, state), pose_of(dof)
+    for step in range(20):
+        predict(constants.motion, state, 0.02)
+        plain.predict(0.02)
+        imus = imus_of(rng, state, truth.rotations, WORN)
+        if step % 2 == 0:
+            shared = truth.positions + rng.normal(0.0, 0.03, (15, 3))
+        frame = CameraFrame(step % 2, shared, np.full(15, 2, np.uint8), CAMERAS[step % 2].copy())
+        information = np.zeros((2, LINKS, 3, 3))
+        update_with_imus(constants, state, imus, information[1])
+        update_with_frame(constants, state, frame, information[0])
+        plain.update_with_imus(imus)
+        plain.update_with_frame(frame)
+        assert_equal_states(state, plain.state)
+    return state.imus.noise[list(WORN)].mean()
+
+
+def test_what_cameras_see_alike_is_blamed_on_an_imu_the_less_the_later_their_trackers_are():
+    in_time, later, smoothing = map(noise_learnt_with_trackers_that_are, (0.0, 0.1, 0.15))
+    assert in_time > later > smoothing
+
+
 def published(state, dt_s, earlier=NO_IMUS, imus=NO_IMUS):
     shapes = [(3,), (3,), (LINKS, 3, 3), (LINKS, 3), (15, 3), (3,), (LINKS, 3, 3)]
     out = PublishedState(*map(np.zeros, [*shapes, (2, LINKS, 3, 3), (1,), (1,)]))

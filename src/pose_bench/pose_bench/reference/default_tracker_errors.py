@@ -19,6 +19,7 @@ DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 10.0, 3.0  # [s]
 MIN_DEPTH_VARIANCE = 0.005**2  # [m²]
 IMU_NOISE_GAIN, MAX_IMU_NOISE = 1.0, 20.0  # [1/s], [-]
 IMU_NOISE_S, MEAN_TURN_S, MAX_TURN = 10.0, 1.0, 0.5  # [s], [s], [rad]
+SMOOTHING_DELAYS_S = (0.08, 0.12)  # [s]
 SMOOTHED_NIS_CLIP = 400.0  # [-]
 CONTRADICTED = {1: (25.0, 0.5), 2: (8.0, 1.0)}  # least NIS, and weight, by number of cameras
 
@@ -167,6 +168,8 @@ def estimate_imu_noise(
     recent = [each for each in range(cameras) if state.views.silent_s[each] <= COMPARED_S]
     visible = {each.source: each for each in joints if view.occlusion[each.source] <= VISIBLE}
     state.imus.link_residual[sensor] = np.nan
+    late = np.interp(np.mean(state.views.delay), SMOOTHING_DELAYS_S, (0.0, 1.0))
+    usual_correlation = 1.0 - (1.0 - late) * (1.0 - constants.usual_correlation)
     for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
         if not state.imus.is_used[link] or start not in visible or end not in visible:
             continue
@@ -183,7 +186,7 @@ def estimate_imu_noise(
                 sums = state.imus.link_residual_sums[link]
                 sums *= np.exp(-view.gap_s / IMU_NOISE_S / cameras)
                 sums += np.array([own @ theirs, 0.5 * (own @ own + theirs @ theirs)])
-                excess = sums[0] / sums[1] - constants.usual_correlation[link]
+                excess = sums[0] / sums[1] - usual_correlation[link]
                 factor = state.imus.noise[link] * np.exp(IMU_NOISE_GAIN * view.gap_s * excess)
                 state.imus.noise[link] = np.clip(factor, 1.0, MAX_IMU_NOISE)
 

@@ -11,8 +11,9 @@ residuals r and the vector u from a link's start to its end,
 
 f is the factor of the standard deviations of the IMU's orientation and angular velocity, at least
 one. The cameras' own noise is independent and does not change the sum of products; what both see
-wrong for long is in the mean :math:`\bar e` of each view. A single camera's errors cannot be told
-from an IMU's, so f is not learnt from it.
+wrong for long is in the mean :math:`\bar e` of each view. Trackers that smooth attenuate fast
+motion alike, and are late: :math:`\rho_0` grows to 1 with their mean delay. A single camera's
+errors cannot be told from an IMU's, so f is not learnt from it.
 
 References:
     Mehra (1970), On the identification of variances and adaptive Kalman filtering, IEEE
@@ -49,7 +50,8 @@ def estimate_imu_noise(
     Args:
         starts: Joint at the start of each link, (links,); −1 for the root, which is left out.
         ends: Joint at the end of each link, (links,).
-        usual_correlation: ρ0 of sound IMUs, (links,) [-]: both trackers share some errors.
+        usual_correlation: ρ0 of sound IMUs and trackers that are in time, (links,) [-]: both
+            trackers share some errors.
         update: The update with the frame.
         state: The state after it; changed.
     """
