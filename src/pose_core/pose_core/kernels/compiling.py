@@ -104,11 +104,10 @@ def compiled_in_place(function: F) -> F:
 def compiled_into_caller(function: F) -> F:
     """Compile a function as a part of its callers, into which numba copies it.
 
-    For a function with one or two callers. A kernel of its own would be optimised again within
-    every kernel above it, and references to its arrays would be counted at every call. Within it,
-    references are counted if its caller counts them: a function that allocates no arrays is faster
-    ``compiled_in_place`` if its caller is only ``compiled``. Calls cannot unpack arguments by
-    ``*``.
+    For a function with one or two callers: a kernel of its own would be optimised again within
+    every kernel above it. Within it, references to arrays are counted if its caller counts them: a
+    function that allocates no arrays is faster ``compiled_in_place`` if its caller is only
+    ``compiled``. Calls cannot unpack arguments by ``*``.
     """
     return _compiled(function, inline="always")
 
