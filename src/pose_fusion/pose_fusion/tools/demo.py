@@ -235,8 +235,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_option(parser, "--seed", 1, "of the synthetic subject")
     add_flag(parser, "--view", "show it in the browser too, on http://127.0.0.1:8080")
-    follow = "have a simulated robot's arm follow the subject's left arm, and show both in the "
-    add_flag(parser, "--teleop", f"{follow}browser; needs ./pose build --teleop once")
+    follow = (
+        "have a simulated robot's arm follow the subject's left arm, and show both in the browser; "
+        "needs ./pose build --teleop once"
+    )
+    add_flag(parser, "--teleop", follow)
     add_flag(parser, "--no-imu", "leave the virtual IMUs out")
     faster = "how many times faster than recorded to replay"
     add_option(parser, "--rate", 1.0, faster, type=_positive)
