@@ -74,8 +74,8 @@ def _agreement(analysis: Analysis) -> Iterator[Block]:
 def _angles(analysis: Analysis) -> Iterator[Block]:
     if analysis.recording.duration_s > LONG_S:
         yield (
-            "A long recording hides single movements: report --from 60 --until 90, for example, "
-            "shows the half minute after the first."
+            "A long recording hides single movements: report --from 60 --until 90 shows half a "
+            "minute of it, for example."
         )
     yield courses.angle_figures(analysis)
 
