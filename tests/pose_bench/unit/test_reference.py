@@ -144,13 +144,13 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, links, seed):
         assert result == pytest.approx(expected, rel=1e-7, nan_ok=True)
 
 
-def noise_learnt_with_trackers_that_are(late_s):
-    """Mean factor of the IMUs' noise after frames of two cameras with the same errors."""
+def noise_learnt_with_trackers_that_are(late_s, absent=0):
+    """Mean factor of the IMUs' noise after frames of two cameras with the same errors, others absent."""
     errors = CONSTANTS.tracker_errors._replace(known_delay_s=late_s, delay_prior=1e6)
     constants = CONSTANTS._replace(tracker_errors=errors)
     rng = np.random.default_rng(8)
-    state, dof = random_state(rng, imus=WORN)
-    state.views.delay[:], state.imus.noise[:] = late_s, 4.0
+    state, dof = random_state(rng, sensors=2 + absent, imus=WORN)
+    state.views.delay[:2], state.views.delay[2:], state.imus.noise[:] = late_s, 0.0, 4.0
     plain, truth = ReferenceFilter(constants, state), pose_of(dof)
     for step in range(20):
         predict(constants.motion, state, 0.02)
@@ -171,6 +171,11 @@ def noise_learnt_with_trackers_that_are(late_s):
 def test_what_cameras_see_alike_is_blamed_on_an_imu_the_less_the_later_their_trackers_are():
     in_time, later, smoothing = map(noise_learnt_with_trackers_that_are, (0.0, 0.1, 0.15))
     assert in_time > later > smoothing
+
+
+def test_cameras_that_are_absent_say_nothing_about_the_delay_of_the_others():
+    in_time, smoothing = (noise_learnt_with_trackers_that_are(s, absent=2) for s in (0.0, 0.15))
+    assert smoothing < 0.9 * in_time
 
 
 def published(state, dt_s, earlier=NO_IMUS, imus=NO_IMUS):

@@ -168,8 +168,6 @@ def estimate_imu_noise(
     recent = [each for each in range(cameras) if state.views.silent_s[each] <= COMPARED_S]
     visible = {each.source: each for each in joints if view.occlusion[each.source] <= VISIBLE}
     state.imus.link_residual[sensor] = np.nan
-    late = np.interp(np.mean(state.views.delay), SMOOTHING_DELAYS_S, (0.0, 1.0))
-    usual_correlation = 1.0 - (1.0 - late) * (1.0 - constants.usual_correlation)
     for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
         if not state.imus.is_used[link] or start not in visible or end not in visible:
             continue
@@ -186,7 +184,10 @@ def estimate_imu_noise(
                 sums = state.imus.link_residual_sums[link]
                 sums *= np.exp(-view.gap_s / IMU_NOISE_S / cameras)
                 sums += np.array([own @ theirs, 0.5 * (own @ own + theirs @ theirs)])
-                excess = sums[0] / sums[1] - usual_correlation[link]
+                delay_s = np.mean(state.views.delay[[sensor, other]])
+                may_smooth = np.interp(delay_s, SMOOTHING_DELAYS_S, (0.0, 1.0))
+                unusual = (1.0 - may_smooth) * (1.0 - constants.usual_correlation[link])
+                excess = sums[0] / sums[1] - 1.0 + unusual
                 factor = state.imus.noise[link] * np.exp(IMU_NOISE_GAIN * view.gap_s * excess)
                 state.imus.noise[link] = np.clip(factor, 1.0, MAX_IMU_NOISE)
 

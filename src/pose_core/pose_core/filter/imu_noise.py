@@ -33,7 +33,7 @@ GAIN = 1.0  # [1/s] k
 MAX_FACTOR = 20.0  # [-]
 MEMORY_S = 10.0  # [s] of the sums
 MEAN_S = 1.0  # [s] time constant of the mean residuals
-SMOOTHED_FROM_S, SMOOTHED_S = 0.08, 0.12  # [s] mean delay of trackers that may smooth, and do
+SMOOTHED_FROM_S, SMOOTHED_S = 0.08, 0.12  # [s] mean delay of two trackers that may smooth, and do
 MAX_TURN = 0.5  # [rad] above which a camera has lost the joint
 
 
@@ -59,8 +59,6 @@ def estimate_imu_noise(
     share = 1.0 - np.exp(-update.gap_s / MEAN_S)
     kept = np.exp(-update.gap_s / MEMORY_S / cameras)
     group_of = groups_by_joint(update)
-    late_s = np.mean(state.views.delay)
-    smoothed = min(max((late_s - SMOOTHED_FROM_S) / (SMOOTHED_S - SMOOTHED_FROM_S), 0.0), 1.0)
     for link in range(len(ends)):
         residual = state.imus.link_residual[sensor, link]
         residual[:] = np.nan
@@ -80,6 +78,10 @@ def estimate_imu_noise(
             sums *= kept
             sums[0] += np.sum(residual * theirs)
             sums[1] += 0.5 * np.sum(residual**2 + theirs**2)
+            late_s = 0.5 * (state.views.delay[sensor] + state.views.delay[other])
+            smoothed = min(
+                max((late_s - SMOOTHED_FROM_S) / (SMOOTHED_S - SMOOTHED_FROM_S), 0.0), 1.0
+            )
             usual = usual_correlation[link] + (1.0 - usual_correlation[link]) * smoothed
             excess = sums[0] / sums[1] - usual
             factor = state.imus.noise[link] * np.exp(GAIN * update.gap_s * excess)
