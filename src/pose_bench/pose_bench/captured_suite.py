@@ -21,6 +21,8 @@ CONDITIONS = (KNOWN, CALIBRATED, OFFSET)
 """``known``: the true extrinsics; ``calibrated``: estimated from the session's samples; ``offset``:
 the same, and the right camera's clock is off by one of :data:`CLOCK_OFFSETS_S`."""
 CLOCK_OFFSETS_S = (-0.12, 0.08, 0.2)  # [s] offsets of the right camera's clock
+TUNING_SOURCES = ("clips", "cmu")
+"""Folders of motion that tuning used: the bundled clips and the rest of CMU's."""
 DELAYS_S = (0.0, 0.03, 0.06, 0.08)  # [s] delays of held-out trackers
 GROUPED = 16  # approximate number of clips in a session
 
@@ -65,6 +67,13 @@ def captured_specs(
             )
         )
     return specs
+
+
+def caption(specs: Sequence[CapturedSpec]) -> str:
+    """Caption of the sessions' table; it says whether tuning used their motion."""
+    used = sorted({spec.clips[0].parent.name for spec in specs} & set(TUNING_SOURCES))
+    remark = f"; tuning used the motion of {', '.join(used)}" if used else ""
+    return f"Captured people, {len(specs)} sessions{remark}"
 
 
 def _groups(motion: Path | None, clips: Sequence[Path]) -> list[tuple[str, list[Path]]]:

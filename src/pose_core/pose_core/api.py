@@ -62,7 +62,6 @@ from pose_core.errors import (
 from pose_core.estimates.body_estimates import (
     BodyEstimate as BodyEstimate,
     EstimateBlock as EstimateBlock,
-    Source as Source,
 )
 from pose_core.estimators import ESTIMATORS as ESTIMATORS
 from pose_core.estimators.estimator import (
@@ -97,6 +96,7 @@ from pose_core.joints import (
     SIDES as SIDES,
     TrackingState as TrackingState,
 )
+from pose_core.kernels.published_state import Source as Source
 from pose_core.people.person_choice import ChosenPerson as ChosenPerson
 from pose_core.people.pipeline import PeoplePipeline as PeoplePipeline
 from pose_core.people.tracker import PeopleTracker as PeopleTracker

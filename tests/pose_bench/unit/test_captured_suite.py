@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pose_bench.captured import METHODS, CapturedScore
-from pose_bench.captured_suite import CALIBRATED, CONDITIONS, KNOWN, OFFSET, captured_specs
+from pose_bench.captured_suite import CALIBRATED, CONDITIONS, KNOWN, OFFSET, caption, captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import IMU_SETS, ablation_methods, imu_set_methods
 from pose_core.errors import InputError
@@ -52,6 +52,11 @@ def test_judged_sessions_have_held_out_trackers_and_delays(folder):
     assert {delay for spec in judged for delay in spec.delays_s} > {0.0}
     tuned = captured_specs(folder, held_out=False, seed=1)
     assert {name for spec in tuned for name in spec.trackers} <= set(TUNING_TRACKERS)
+
+
+def test_the_caption_says_that_motion_was_used_for_tuning(folder):
+    assert "tuning" in caption(captured_specs(None, held_out=True, seed=1))
+    assert "tuning" not in caption(captured_specs(folder, held_out=True, seed=1))
 
 
 def test_the_same_seed_gives_the_same_suite(folder):

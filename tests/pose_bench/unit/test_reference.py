@@ -17,7 +17,7 @@ from pose_core.filter.imu import NO_IMUS, ImuFrame, add_imu_rows
 from pose_core.filter.interpolated import interpolate_published
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
-from pose_core.filter.posture import add_posture_rows, turn_back
+from pose_core.filter.posture import add_posture_rows, undo_half_turns
 from pose_core.filter.published import predict_published
 from pose_core.filter.rows import make_rows
 from pose_core.filter.sigma_points import linearise_joint
@@ -145,7 +145,7 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, links, seed):
 
 
 def noise_learnt_with_trackers_that_are(late_s, absent=0):
-    """Mean factor of the IMUs' noise after frames of two cameras with the same errors, others absent."""
+    """Mean factor of the IMUs' noise after frames of two cameras with the same errors."""
     errors = CONSTANTS.tracker_errors._replace(known_delay_s=late_s, delay_prior=1e6)
     constants = CONSTANTS._replace(tracker_errors=errors)
     rng = np.random.default_rng(8)
@@ -398,7 +398,7 @@ def test_a_link_half_a_turn_off_about_its_own_axis_is_turned_back_alone(link, ha
     off, kept = (upper, lower) if has_imu else (lower, upper)
     state.pose.rotations[off] = state.pose.rotations[off] @ np.diag([-1.0, -1.0, 1.0])
     joints = joints_of(state.pose)
-    assert turn_back(CONSTANTS.posture, state, np.empty((3, 3))) == 1
+    assert undo_half_turns(CONSTANTS.posture, state, np.empty((3, 3))) == 1
     np.testing.assert_array_equal(state.pose.rotations[kept], true.pose.rotations[kept])
     np.testing.assert_allclose(state.pose.rotations, true.pose.rotations, atol=1e-12)
     if not has_imu:

@@ -7,11 +7,11 @@ import pytest
 from fusing import fused
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 
-from pose_core.estimates.body_estimates import Source
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
+from pose_core.kernels.published_state import Source
 
 START_NS = 10**18
 STEP = np.radians(4.0)  # [rad] beyond the motion itself, from one estimate to the next

@@ -8,11 +8,11 @@ from fusing import fused
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 
 from pose_core.errors import ParameterError
-from pose_core.estimates.body_estimates import Source
 from pose_core.estimators import ESTIMATORS
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX
+from pose_core.kernels.published_state import Source
 
 START_NS = 10**18
 WITH_CAMERAS = [name for name in ESTIMATORS if name != "imu"]

@@ -6,10 +6,10 @@ from fusing import fused
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import START_NS, imu_samples, merged, truth_at
 
-from pose_core.estimates.body_estimates import Source
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.kernels.published_state import Source
 
 LI2020 = PipelineParameters(estimator="li2020")
 

@@ -8,10 +8,10 @@ from fusing import fused
 from synthetic_body import MODEL, extrinsics
 from worn_imus import START_NS, merged, moving_wearer, truth_at
 
-from pose_core.estimates.body_estimates import Source
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.kernels.published_state import Source
 
 KNEE = MODEL.dof_index["left_knee_flexion"]
 HIDDEN_FROM_NS = START_NS + 24 * 10**9

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import SHAPE
 from viewed_bag import moving_joints
 
-from pose_core.estimates.body_estimates import Source
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS, TrackingState
+from pose_core.kernels.published_state import Source
 from pose_view.body.joint_marks import BALLS, COLORS, joint_marks, make_balls
 from pose_view.body.measures import MeasuredBody, measure
 from pose_view.body.parts import PARTS, make_parts

@@ -8,6 +8,7 @@ SRC = Path(__file__).resolve().parents[3] / "src"
 PRIVATE = {
     "telling": "output",
     "tell": "output",
+    "tells": "output",
     "told": "output",
     "spoken": "label",
     "gliding": "output blending",
@@ -57,7 +58,7 @@ def variables(tree):
 def private_words(path, names, private):
     """One line for each private word in the names."""
     for name in sorted(set(names)):
-        words = {word.lower() for word in re.findall(r"[A-Z]?[a-z0-9]+", name)}
+        words = {word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z0-9]+", name)}
         for word in sorted(words & private):
             yield f"{path.relative_to(SRC)}: {name}: {word} is {PRIVATE[word]}"
 

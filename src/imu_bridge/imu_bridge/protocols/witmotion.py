@@ -71,7 +71,7 @@ class WitMotionParser:
         self._sampling: dict[int, Counts] = {}
         self._last_kind = LAST_KIND  # last kind of a sample, as far as known
         self._highest_kind = 0
-        self._tells_time = False
+        self._sends_time = False
 
     def parse(self, data: bytes) -> list[Reading]:
         """See :class:`Parser`."""
@@ -128,8 +128,8 @@ class WitMotionParser:
         sampling, self._sampling = self._sampling, {}
         if not sampling:
             return []
-        self._tells_time |= TIME in sampling
-        needed = {ACCELERATION, ANGULAR_VELOCITY} | ({TIME} if self._tells_time else set())
+        self._sends_time |= TIME in sampling
+        needed = {ACCELERATION, ANGULAR_VELOCITY} | ({TIME} if self._sends_time else set())
         if not needed <= sampling.keys():
             self.counters.add("incomplete_samples")
             return []

@@ -1,21 +1,24 @@
-"""li2020's tables 1 to 4: two motions, six angles; printed and measured figures."""
+"""li2020's tables 1 to 4 and the shift of its figure 6: two motions, printed and measured."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from pose_bench.sessions import SessionSpec, bench_session
+from pose_bench.sessions import BenchSession, SessionSpec, bench_session
+from pose_core.api import SkeletonSeries, angle_series
 from pose_core.arrays import FloatArray
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.offline import MethodSetup, run_methods
 from pose_evaluation.scores import score_method
 from pose_evaluation.table import Table, number_row
+from pose_io.arrays import IntArray
 from pose_io.references.reference import reference_of_skeleton
 
 LEG_ANGLES = ("hip_flexion", "hip_abduction", "knee_flexion")
+KNEES = ("left_knee_flexion", "right_knee_flexion")
 ANGLES = [f"{side}_{name}" for name in LEG_ANGLES for side in ("right", "left")]
 PRINTED_METHODS = ("Kinect 1", "Kinect 2", "Moon", "li2020")
 OUR_METHODS = ("left", "right", "joint_kf", "dof_kf", "li2020", "default")
@@ -50,8 +53,17 @@ NOTE = (
 
 
 def motion_tables(motion: PaperMotion, levels: Sequence[str], seeds: Sequence[int]) -> list[Table]:
-    """Correlations and errors of one motion; measured ones are means over levels and seeds."""
-    found = [_scores(motion.choreography, level, seed) for level in levels for seed in seeds]
+    """Correlations, errors and shifts of one motion; measured ones: means over levels and seeds."""
+    sessions = [
+        bench_session(
+            SessionSpec(choreography=motion.choreography, level=level, seed=seed), imus=False
+        )
+        for level in levels
+        for seed in seeds
+    ]
+    runs = [_run(session) for session in sessions]
+    truths = [session.evaluated_truth for session in sessions]
+    found = [_scores(*each) for each in zip(runs, truths, strict=True)]
     columns = [*(f"{name}, printed" for name in PRINTED_METHODS), *OUR_METHODS]
     tables = []
     for title, printed, index, digits in (
@@ -69,18 +81,51 @@ def motion_tables(motion: PaperMotion, levels: Sequence[str], seeds: Sequence[in
         ]
         caption = f"li2020, {motion.title}: {title}"
         tables.append(Table(caption=caption, head="", columns=columns, rows=lines, note=NOTE))
-    return tables
+    shifts = [_knee_shifts(run, truth.stamps_ns) for run, truth in zip(runs, truths, strict=True)]
+    rows = [
+        number_row(
+            name, [mean_known(list(of)) for of in zip(*(e[name] for e in shifts), strict=True)], 1
+        )
+        for name in OUR_METHODS[2:]
+    ]
+    caption = f"li2020, {motion.title}: shift of the knees' flexion (figure 6)"
+    columns = ["outside both cameras [%]", "shift from their mean [°]"]
+    return [*tables, Table(caption=caption, head="", columns=columns, rows=rows, note=NOTE)]
 
 
-def _scores(choreography: str, level: str, seed: int) -> dict[str, dict[str, tuple[float, float]]]:
-    """Correlation and error of each angle by each method, on one session."""
-    session = bench_session(
-        SessionSpec(choreography=choreography, level=level, seed=seed), imus=False
-    )
+def _run(session: BenchSession) -> dict[str, SkeletonSeries]:
+    """The skeletons of each method on one session."""
     setups = [MethodSetup(name=name, estimator=name) for name in OUR_METHODS]
-    truth = reference_of_skeleton("the truth", session.evaluated_truth)
+    runs = run_methods(session.samples, setups, session.extrinsics)
+    return {name: run.series for name, run in runs.items()}
+
+
+def _scores(
+    runs: Mapping[str, SkeletonSeries], truth: SkeletonSeries
+) -> dict[str, dict[str, tuple[float, float]]]:
+    """Correlation and error of each angle by each method, on one session."""
+    reference = reference_of_skeleton("the truth", truth)
     scores = {}
-    for name, run in run_methods(session.samples, setups, session.extrinsics).items():
-        angles = score_method(name, run.series, truth).angles
+    for name, series in runs.items():
+        angles = score_method(name, series, reference).angles
         scores[name] = {each: (angles[each].r, angles[each].rmse_deg) for each in ANGLES}
     return scores
+
+
+def _knee_shifts(
+    runs: Mapping[str, SkeletonSeries], stamps_ns: IntArray
+) -> dict[str, tuple[float, float]]:
+    """How often knees' flexion leaves the span of both cameras [%], and its mean shift [°]."""
+    flexion = {
+        name: np.concatenate([angle_series(series).at(stamps_ns)[knee] for knee in KNEES])
+        for name, series in runs.items()
+    }
+    left, right = flexion["left"], flexion["right"]
+    span, middle = np.abs(left - right), 0.5 * (left + right)
+    shifts = {}
+    for name, found in flexion.items():
+        known = np.isfinite(found - middle)
+        shift = found[known] - middle[known]
+        outside = np.abs(shift) > 0.5 * span[known]
+        shifts[name] = (100.0 * float(outside.mean()), float(np.degrees(shift.mean())))
+    return shifts

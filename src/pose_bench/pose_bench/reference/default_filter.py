@@ -127,7 +127,7 @@ class ReferenceFilter:
             for link in range(len(information)):
                 part = group.H[:, link_columns(link)]
                 information[link] += 3.0 * group.weight / np.trace(group.noise) * part.T @ part
-        turned, seen = self._turn_back(), np.array([group.nis for group in joints])
+        turned, seen = self._undo_half_turns(), np.array([group.nis for group in joints])
         if not joints:
             return StepResult(True, turned, np.nan, np.nan), information
         mean_nis = float(np.mean(np.minimum(seen, MEAN_NIS_CLIP)))
@@ -198,7 +198,7 @@ class ReferenceFilter:
                 offset = np.cross(turn, [0.0, y, 0.0])
                 state.shared.offset[JOINTS.index(f"{side}_{line}")] = offset
 
-    def _turn_back(self) -> int:
+    def _undo_half_turns(self) -> int:
         """Rotate links without IMUs that are half a turn off about their axes; their number."""
         state, count = self.state, 0
         half = np.diag([-1.0, -1.0, 1.0])

@@ -15,7 +15,7 @@ LINK_DELAY_SCALE = 0.1  # [m]
 USUAL_VIEW_NOISE = 0.03  # [m]
 VISIBLE, COMPARED_S, COMPARED_JOINTS, COMPARED_DEVIATIONS = 0.3, 0.05, 6, 4.0
 VIEW_NOISE_S, VIEW_APART_S = 5.0, 1.0  # [s]
-DEPTH_LEARNING_S, DEPTH_NOISE_LEARNING_S = 10.0, 3.0  # [s]
+DEPTH_POWER_S, DEPTH_NOISE_S = 10.0, 3.0  # [s]
 MIN_DEPTH_VARIANCE = 0.005**2  # [m²]
 IMU_NOISE_GAIN, MAX_IMU_NOISE = 1.0, 20.0  # [1/s], [-]
 IMU_NOISE_S, MEAN_TURN_S, MAX_TURN = 10.0, 1.0, 0.5  # [s], [s], [rad]
@@ -88,7 +88,7 @@ def estimate_depth_errors(
     if not joints or not np.any(others < CAMERA_TIMEOUT_S):
         return
     squared = state.views.depth_error[sensor] ** 2 + state.views.depth_error_variance[sensor]
-    power += (1.0 - np.exp(-gap_s / DEPTH_LEARNING_S)) * (squared - power)
+    power += (1.0 - np.exp(-gap_s / DEPTH_POWER_S)) * (squared - power)
     state.views.depth_error_power[sensor] = max(power, MIN_DEPTH_VARIANCE)
     excess = []
     for group in joints:
@@ -97,7 +97,7 @@ def estimate_depth_errors(
         along = ray @ noise @ ray
         excess.append(along - 0.5 * (np.trace(noise) - along))
     mean = np.average(excess, weights=[group.weight for group in joints])
-    share = 1.0 - np.exp(-gap_s / DEPTH_NOISE_LEARNING_S)
+    share = 1.0 - np.exp(-gap_s / DEPTH_NOISE_S)
     noise = state.views.depth_noise[sensor]
     state.views.depth_noise[sensor] = max(noise + share * (mean - noise), 0.0)
 

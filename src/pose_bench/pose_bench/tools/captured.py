@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_session
-from pose_bench.captured_suite import captured_specs
+from pose_bench.captured_suite import caption, captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import ablation_methods, imu_set_methods
 from pose_bench.options import add_jobs_argument, add_list, add_motion_argument
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     calls = [(spec, methods) for spec in chosen]
     found = run_all(run_session, calls, jobs=arguments.jobs, name="sessions")
     scores = [score for each in found for score in each]
-    tables = [summary_table(scores, f"Captured people, {len(chosen)} sessions")]
+    tables = [summary_table(scores, caption(chosen))]
     if not (arguments.imu_sets or arguments.ablation):
         tables.append(source_table(scores, BY_SOURCE))
     rows = {"captured.csv": captured_csv(scores)}

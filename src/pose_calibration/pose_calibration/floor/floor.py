@@ -51,7 +51,7 @@ mass are (Winter)."""
 MOST_MASS = 0.9  # [-] share that must be seen
 LEVEL_STDDEV = np.radians(10.0)  # [rad] of the viewing direction, without other information
 MAX_TILT = np.radians(60.0)  # [rad] of the sensor, unless the person walks: otherwise one may lie
-MAX_LEAN = np.radians(60.0)  # [rad] of the trunk from its usual direction
+MAX_INCLINATION = np.radians(60.0)  # [rad] of the trunk from its usual direction
 FIRST_UPS = np.concatenate([np.eye(3), -np.eye(3)])  # (6, 3) of a sensor in any position
 WALKED_M = 0.7  # [m] along any axis of the sensor
 STEP_M = 0.35  # [m] between the ankles
@@ -180,10 +180,10 @@ def _balancing(body: "_Balanced", up: FloatArray) -> tuple[FloatArray, "_Balance
     """
     trunk = unit_vectors(body.trunk)
     for _ in range(BALANCE_ITERATIONS):  # mean shift to the direction of most trunks
-        upright = _angle(trunk, up) < MAX_LEAN
+        upright = _angle(trunk, up) < MAX_INCLINATION
         if upright.any():
             up = unit_vectors(np.median(trunk[upright], axis=0))
-    body = rows_of(body, _angle(trunk, up) < MAX_LEAN)
+    body = rows_of(body, _angle(trunk, up) < MAX_INCLINATION)
     for _ in range(BALANCE_ITERATIONS):
         forward = unit_vectors(np.cross(up, body.to_right))
         directions = unit_vectors(body.centre - body.support(up) - AHEAD_OF_ANKLES_M * forward)

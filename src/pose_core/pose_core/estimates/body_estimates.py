@@ -2,21 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray, fields_at, rows_of
-
-
-class Source(IntEnum):
-    """Source of a degree of freedom's last update; the values are those of ``PoseEstimate``."""
-
-    PREDICTED = 0
-    KINECT = 1
-    IMU = 2
-    FUSED = 3
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from pose_core.arrays import FloatArray
 from pose_core.body.kinematics import BodyPose
 from pose_core.body.model import BodyModel
-from pose_core.estimates.body_estimates import EstimateBlock, Source
+from pose_core.estimates.body_estimates import EstimateBlock
 from pose_core.kernels.link_frames import compute_link_transforms
-from pose_core.kernels.published_state import PublishedState
+from pose_core.kernels.published_state import PublishedState, Source
 
 
 @dataclass(kw_only=True)

@@ -16,7 +16,7 @@ from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.estimators.filter_output import FilterOutput, tells_pose
+from pose_core.estimators.filter_output import FilterOutput, knows_enough_links
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.frame import CameraFrame
@@ -195,7 +195,7 @@ class DefaultEstimator(StepwiseEstimator):
             ahead_s: Time since then [s].
         """
         is_seen = min(state.views.silent_s.tolist()) + ahead_s < self.parameters.forget_after
-        return is_seen or tells_pose(state)
+        return is_seen or knows_enough_links(state)
 
     def _repeat(self, later: Sequence[KeptStep]) -> None:
         """Repeat the steps after a late frame."""

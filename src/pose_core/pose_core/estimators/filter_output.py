@@ -75,7 +75,7 @@ class FilterOutput:
         return float(variance_scale(self._mean_nis) * by_depth)
 
 
-def tells_pose(state: FilterState) -> bool:
+def knows_enough_links(state: FilterState) -> bool:
     """Whether enough links' rotations are known without a camera, rather than guessed."""
     first, after = rotation_column(0), rotation_column(len(state.pose.rotations))
     variances = np.diagonal(state.P)[first:after].reshape(-1, 3).sum(axis=1)

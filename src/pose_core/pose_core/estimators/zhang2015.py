@@ -27,7 +27,6 @@ from pose_core.body.inverse_kinematics import vector_from_rotation
 from pose_core.body.joint_rotations import continuous_vector, link_angles
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import ROOT_DOF, Link
-from pose_core.estimates.body_estimates import Source
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import FusedPose
 from pose_core.estimators.estimator import StepwiseEstimator
@@ -36,6 +35,7 @@ from pose_core.imu.attitude_aligner import AttitudeAligner
 from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.kernels.published_state import Source
 from pose_core.stamps import NS_PER_S
 
 BALL_JOINT = 3  # degrees of freedom; the last one is the axial rotation

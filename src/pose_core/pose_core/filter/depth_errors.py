@@ -25,9 +25,9 @@ from pose_core.filter.state import FilterState, another_camera_sends
 from pose_core.kernels.compiling import compiled_in_place, compiled_into_caller
 
 MEMORY_S = 1.0  # [s] time constant with which d decays
-LEARNING_S = 10.0  # [s] over which its mean square is estimated
+POWER_MEMORY_S = 10.0  # [s] over which its mean square is estimated
 MIN_VARIANCE = 0.005**2  # [m²] of d
-NOISE_LEARNING_S = 3.0  # [s] over which the noise along the rays is estimated
+NOISE_MEMORY_S = 3.0  # [s] over which the noise along the rays is estimated
 USUAL_VARIANCE = 0.02**2  # [m²] of depth cameras with a body model, mean of d² + NOISE_SHARE e²
 NOISE_SHARE = 0.25  # [-]
 LARGE_VARIANCE = 0.06**2  # [m²] above the usual one, with half of the largest effect
@@ -92,9 +92,9 @@ def estimate_depth_errors(update: FrameUpdate, state: FilterState) -> None:
     if measured == 0 or not another_camera_sends(state, sensor):
         return
     squared = state.views.depth_error[sensor] ** 2 + state.views.depth_error_variance[sensor]
-    power += (1.0 - np.exp(-gap_s / LEARNING_S)) * (squared - power)
+    power += (1.0 - np.exp(-gap_s / POWER_MEMORY_S)) * (squared - power)
     state.views.depth_error_power[sensor] = max(power, MIN_VARIANCE)
-    share = 1.0 - np.exp(-gap_s / NOISE_LEARNING_S)
+    share = 1.0 - np.exp(-gap_s / NOISE_MEMORY_S)
     excess = noise_along_rays(update)
     noise = state.views.depth_noise[sensor]
     state.views.depth_noise[sensor] = max(noise + share * (excess - noise), 0.0)

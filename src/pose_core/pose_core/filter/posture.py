@@ -110,7 +110,7 @@ def add_relative_rotation(
 
 
 @compiled_in_place
-def turn_back(constants: PostureConstants, state: FilterState, relative: FloatArray) -> int:
+def undo_half_turns(constants: PostureConstants, state: FilterState, relative: FloatArray) -> int:
     """Rotate limbs that are half a turn off about their long axes; returns their number.
 
     A hinge whose lateral axes are opposite satisfies :func:`add_hinge`, too: its lower link is

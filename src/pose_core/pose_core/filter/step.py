@@ -14,7 +14,7 @@ from pose_core.filter.constants import FilterConstants
 from pose_core.filter.frame import CameraFrame, FrameUpdate
 from pose_core.filter.imu import ImuFrame, add_imu_rows
 from pose_core.filter.layout import rotation_column
-from pose_core.filter.posture import add_posture_rows, most_posture_rows, turn_back
+from pose_core.filter.posture import add_posture_rows, most_posture_rows, undo_half_turns
 from pose_core.filter.rows import make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.standing_foot import add_standing_foot_rows, note_foot_height
@@ -115,7 +115,7 @@ def update_with_frame(
     if joint_count > 0:
         estimate_shared_offsets(constants.shared_offsets, update, state)
     add_link_information(update, information)
-    turned = turn_back(constants.posture, state, np.empty((3, 3)))
+    turned = undo_half_turns(constants.posture, state, np.empty((3, 3)))
     mean_nis, lost_share = summarise(result.nis[:joint_count])
     return True, turned, mean_nis, lost_share
 

@@ -2,7 +2,7 @@
 
 One tracker may take 60 ms longer than another. When its frame comes, the filter is past the frame's
 instant. It goes back to its state before that instant, takes the frame, and repeats the later
-steps, so that the result is the one that it would have with all frames in order.
+steps, so that the result is nearly the one that it would have with all frames in order.
 """
 
 from collections import deque

@@ -22,7 +22,7 @@ from pose_core.kernels.compiling import compiled_into_caller
 
 USUAL_VARIANCE = 0.03**2  # [m²] σ0²
 MIN_SCALE, MAX_SCALE = 0.25, 2.0  # [-] of R
-LEARNING_S = 5.0  # [s]
+MEMORY_S = 5.0  # [s]
 NEWEST_S = 0.05  # [s] largest age of the view that is compared
 VISIBLE = 0.3  # [-] largest occlusion of a joint that is compared
 MIN_JOINTS = 6  # [-]
@@ -46,7 +46,7 @@ def estimate_view_noise(update: FrameUpdate, state: FilterState) -> None:
         is_tracked = frame.tracking_state[joint] == TrackingState.TRACKED
         if is_tracked and predicted.occlusion[joint] < VISIBLE:
             residual[joint] = frame.positions[joint, 2] - predicted.positions[joint, 2]
-    share = 1.0 - np.exp(-update.gap_s / LEARNING_S)
+    share = 1.0 - np.exp(-update.gap_s / MEMORY_S)
     limit = MAX_DIFFERENCE * np.sqrt(2.0 * USUAL_VARIANCE * state.views.noise[0])
     for other in range(len(state.views.silent_s)):
         if other == frame.sensor or state.views.silent_s[other] > NEWEST_S:

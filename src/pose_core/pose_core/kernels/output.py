@@ -15,8 +15,8 @@ from pose_core.kernels.output_blending import (
     BLEND_OF_PREDICTION,
     BLEND_S,
     CARRIED_SPEED,
-    FLIGHT_M,
-    FLIGHT_S,
+    JUMP_M,
+    JUMP_S,
     REST_AFTER_S,
     UNSEEN_SPEED,
     Blending,
@@ -24,13 +24,14 @@ from pose_core.kernels.output_blending import (
     advance_skeleton_clock,
     blend_angle,
     decay,
-    doubt_sweeping_joints,
+    mark_sweeping_joints_unknown,
 )
 from pose_core.kernels.published_state import (
     CAMERAS,
     IMUS,
     DofEstimate,
     PublishedState,
+    Source,
     make_dof_estimate,
 )
 from pose_core.kernels.rotations import logarithm, product_transposed, rotate_left
@@ -98,7 +99,9 @@ def output_states(
         rotations[:] = state.rotations
         rotate_into_hinge_planes(rotations, body.hinges)
         extract_pose(body.model, rotations, state, blending.position, dof)
-        share_out(dof.information, output.weight_kinect[n], output.weight_imu[n], output.source[n])
+        weigh_sources(
+            dof.information, output.weight_kinect[n], output.weight_imu[n], output.source[n]
+        )
         dt_s = advance_clock(blending, int(stamps_ns[n]))
         root_blend_s = max(BLEND_S, BLEND_OF_PREDICTION * state.ahead_s[0])
         skeleton_dt_s = advance_skeleton_clock(blending, dof, dt_s)
@@ -156,7 +159,7 @@ def blend(
     is_known[:ROOT_DOF] = True
     for at in range(ROOT_DOF, len(is_known)):
         is_known[at] = blend_angle(blending, at, dt_s, dof, body.limits[at])
-    doubt_sweeping_joints(body.model, body.limits, blending, dof, is_known)
+    mark_sweeping_joints_unknown(body.model, body.limits, blending, dof, is_known)
 
 
 @compiled_into_caller
@@ -169,7 +172,7 @@ def add_unseen_motion(body: OutputBody, unseen_s: float, dof: DofEstimate) -> No
         dof.blended[axis] += walked**2
     if is_carried:
         for axis in range(3):
-            dof.blended[axis] += (FLIGHT_M * min(unseen_s / FLIGHT_S, 1.0)) ** 2
+            dof.blended[axis] += (JUMP_M * min(unseen_s / JUMP_S, 1.0)) ** 2
 
 
 @compiled_into_caller
@@ -259,7 +262,7 @@ def relative_velocities(model: ModelArrays, state: PublishedState, out: FloatArr
 
 
 @compiled_in_place
-def share_out(
+def weigh_sources(
     information: FloatArray,
     weight_kinect: FloatArray,
     weight_imu: FloatArray,
@@ -271,14 +274,15 @@ def share_out(
         information: Information of Kinects and of IMUs, (2, d).
         weight_kinect: Filled, (d,) [-].
         weight_imu: Filled, (d,) [-].
-        source: Filled, (d,): 1 Kinects, 2 IMUs, 3 both, 0 neither, as in ``estimates.Source``.
+        source: Filled, (d,): see :class:`~pose_core.kernels.published_state.Source`.
     """
     for at in range(len(source)):
         kinects, imus = information[CAMERAS, at], information[IMUS, at]
         total = kinects + imus
         weight_kinect[at] = kinects / total if total > MIN_INFORMATION else 0.0
         weight_imu[at] = imus / total if total > MIN_INFORMATION else 0.0
-        source[at] = (1 if kinects > MIN_INFORMATION else 0) + (2 if imus > MIN_INFORMATION else 0)
+        seen = Source.KINECT if kinects > MIN_INFORMATION else Source.PREDICTED
+        source[at] = seen + Source.IMU if imus > MIN_INFORMATION else seen
 
 
 @compiled_in_place

@@ -29,9 +29,9 @@ from pose_core.kernels.published_state import CAMERAS, DofEstimate
 
 BLEND_S = 0.005  # [s] 1/k of a certain angle, and of the joints' positions
 BLEND_OF_PREDICTION = 0.15  # [-] least 1/k of the root's position, as a share of the time predicted
-CALM_BLEND_S = 0.03  # [s] least 1/k at the start and after a silence
+MIN_BLEND_AFTER_GAP_S = 0.03  # [s] least 1/k at the start and after a silence
 MAX_BLEND_S = 0.12  # [s] 1/k of an uncertain angle
-SURE_STDDEV = np.radians(10.0)  # [rad] up to which an angle counts as certain
+CERTAIN_STDDEV = np.radians(10.0)  # [rad] up to which an angle counts as certain
 MAX_TRAVEL = 8.0  # [rad/s], [m/s] largest rate at which a difference is reduced
 TRAVEL_AFTER_GAP = 2.5  # [rad/s] the same of an angle, at the start and after a silence
 MAX_RATE = 40.0  # [rad/s] bound of the filter's rate
@@ -46,8 +46,8 @@ MOVED_M = 0.3  # [m] by which a person has moved who is seen again elsewhere
 RETURNING_S = 0.2  # [s] after the first frame of them, while the filter moves there
 UNSEEN_SPEED = 0.7  # [m/s] of an unseen person along each horizontal axis (standard deviation)
 CARRIED_SPEED = 0.2  # [m/s] error of the same while the IMUs of both legs carry the root
-FLIGHT_M = 0.15  # [m] along each axis in addition: a jump carries the root, and no foot tells
-FLIGHT_S = 0.5  # [s] within which it may
+JUMP_M = 0.15  # [m] along each axis in addition: a jump carries the root, and no foot tells
+JUMP_S = 0.5  # [s] within which it may
 
 
 class Blending(NamedTuple):
@@ -163,10 +163,10 @@ def blend_angle(
         rate = 0.0
     e = e_rate = 0.0
     if dt_s > 0.0:
-        unsure = dof.variance[at] / SURE_STDDEV**2
+        unsure = dof.variance[at] / CERTAIN_STDDEV**2
         blend_s, travel = min(BLEND_S * max(unsure, 1.0), MAX_BLEND_S), MAX_TRAVEL
         if blending.slow_s[0] > 0.0:
-            blend_s, travel = max(blend_s, CALM_BLEND_S), TRAVEL_AFTER_GAP
+            blend_s, travel = max(blend_s, MIN_BLEND_AFTER_GAP_S), TRAVEL_AFTER_GAP
         e, e_rate = before - (goal - rate * dt_s), rate_before - rate
         e, e_rate = decay(e, e_rate, blend_s, dt_s, travel)
     value = min(max(goal + e, limits[0]), limits[1])
@@ -181,7 +181,7 @@ def blend_angle(
 
 
 @compiled_in_place
-def doubt_sweeping_joints(
+def mark_sweeping_joints_unknown(
     model: ModelArrays,
     limits: FloatArray,
     blending: Blending,

@@ -1,5 +1,6 @@
 """What is published of a filter state, before and after its angles are extracted."""
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,15 @@ from pose_core.arrays import FloatArray
 from pose_core.kernels.compiling import compiled_into_caller
 
 CAMERAS, IMUS = 0, 1  # the sources, as rows of the information
+
+
+class Source(IntEnum):
+    """Source of a degree of freedom's last update; the values are those of ``PoseEstimate``."""
+
+    PREDICTED = 0
+    KINECT = 1
+    IMU = 2
+    FUSED = 3
 
 
 class PublishedState(NamedTuple):

@@ -30,7 +30,7 @@ from pose_node.nodes.running import RCLError, run_node
 from pose_node.nodes.steady_timer import steady_timer
 
 DISCOVERY_PERIOD_S = 0.2
-LOOKED_AGAIN = 5  # [-] periods of discovery after which recorded topics are checked again
+CHECKED_AGAIN = 5  # [-] periods of discovery after which recorded topics are checked again
 TAKING_PERIOD_S = 0.02  # [s] polling period; waking for each message would cost far more
 FLUSH_PERIOD_S = 1.0
 
@@ -53,7 +53,7 @@ class Recorder(ManagedNode[RecorderParameters]):
         self._not_woken = NotWoken()
         self._refused: dict[str, str] = {}  # topics that cannot be recorded, and why
         self._counters = Counters("lost_messages")
-        self._looks = 0
+        self._discoveries = 0
 
     def activate(self) -> None:
         """Start recording, unless it waits for ``~/start`` and was not killed while recording."""
@@ -142,11 +142,11 @@ class Recorder(ManagedNode[RecorderParameters]):
         """Subscribe to new topics; adapt to publishers that offer less than before."""
         if self._recording is None:
             return
-        self._looks += 1
+        self._discoveries += 1
         for topic, types in self.get_topic_names_and_types():
             if topic in self._refused or not self._is_wanted(topic):
                 continue
-            if topic in self._queues and self._looks % LOOKED_AGAIN:
+            if topic in self._queues and self._discoveries % CHECKED_AGAIN:
                 continue
             offered = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
             if not offered:
