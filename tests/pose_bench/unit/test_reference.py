@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from equal_states import arrays_of, assert_equal_states
 from scipy.spatial.transform import Rotation
 
 from pose_bench.reference.default_filter import ReferenceFilter, inject_error
@@ -103,19 +104,6 @@ def random_frame(rng, joints, sensor):
 def frame_of_nothing():
     """A frame in which no joint is seen."""
     return CameraFrame(0, np.full((15, 3), np.nan), np.zeros(15, np.uint8), CAMERAS[0].copy())
-
-
-def arrays_of(state):
-    """All arrays of a state, by name."""
-    groups = {name: getattr(state, name)._asdict() for name in ("pose", "views", "imus", "shared")}
-    named = {f"{group}.{name}": a for group, of in groups.items() for name, a in of.items()}
-    return {"P": state.P, "foot_height": state.foot_height, **named}
-
-
-def assert_equal_states(fast, plain):
-    expected = arrays_of(plain)
-    for name, actual in arrays_of(fast).items():
-        np.testing.assert_allclose(actual, expected[name], rtol=1e-9, atol=1e-9, err_msg=name)
 
 
 @pytest.mark.parametrize("sensors", [1, 2])
