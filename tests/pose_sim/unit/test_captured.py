@@ -167,6 +167,22 @@ def test_a_disturbance_makes_headings_swing_about_the_vertical():
     assert about[:, 2].std() == pytest.approx(0.2, rel=0.5)
 
 
+def test_without_a_magnetometer_headings_are_unknown_and_drift():
+    clip, exact = chain(CLIPS, 60.0), dict.fromkeys(("heading_walk", "tilt", "soft_tissue"), 0.0)
+    models = (ImuModel(**exact), ImuModel(**exact, has_magnetometer=False))
+    headings = []
+    for seed in range(6):
+        north, drifting = (
+            Rotation.from_quat(wear(clip, model, np.random.default_rng(seed))[0].orientation)
+            for model in models
+        )
+        headings.append((drifting * north.inv()).as_rotvec()[:, 2])
+    assert np.std([heading[0] for heading in headings]) > 0.5
+    drifts = [np.ptp(np.unwrap(heading)) for heading in headings]
+    assert np.mean(drifts) == pytest.approx(0.8 * 60.0 * models[1].drift, rel=0.6)
+    assert models[1].orientation_stddev[2] > 1.0 > models[0].orientation_stddev[2]
+
+
 def test_the_same_spec_gives_the_same_session():
     spec = CapturedSpec(
         name="x", clips=tuple(PATHS[:2]), trackers=("mixed", "late"), spins=True, seed=5,

@@ -45,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     swing = "standard deviation of the IMUs' headings in uneven magnetic fields"
     add_option(parser, "--disturbance", 0.0, swing, "DEG")
+    add_flag(parser, "--no-magnetometer", "the IMUs' headings are unknown and drift by 0.3°/s")
     rates = "rate of the IMUs; several alternate from segment to segment"
     add_list(parser, "--imu-rates", ImuModel().rates, rates, "HZ")
     add_option(parser, "--seed", SEED, "of everything random", "N")
@@ -76,7 +77,9 @@ def chosen_specs(arguments: argparse.Namespace) -> list[CapturedSpec]:
     if min(arguments.imu_rates) < MIN_RATE:
         raise InputError(f"imu_rates = {arguments.imu_rates}: expected {MIN_RATE:g} Hz or more")
     imu = ImuModel(
-        rates=tuple(arguments.imu_rates), disturbance=math.radians(arguments.disturbance)
+        rates=tuple(arguments.imu_rates),
+        disturbance=math.radians(arguments.disturbance),
+        has_magnetometer=not arguments.no_magnetometer,
     )
     every = [replace(spec, imu=imu) for spec in every]
     if arguments.imu_sets:

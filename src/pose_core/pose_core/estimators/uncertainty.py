@@ -5,7 +5,8 @@ normalised innovation squared scales the variance (:mod:`pose_core.estimators.va
 so do errors in depth (:func:`pose_core.filter.depth_errors.depth_variance_scale`). The pose has a
 lag, so fast joints have a larger error. And the offsets that all cameras share, which no filter
 observes, are the largest part of the error. The coefficients were fitted to the errors on captured
-motion; docs/accuracy/README.md describes the data.
+motion, before trackers of this repository and of others; docs/accuracy/README.md describes the
+data.
 """
 
 from dataclasses import dataclass
@@ -35,20 +36,20 @@ class VarianceCalibrations:
 
 FILTERED = VarianceCalibrations(
     kinect={
-        "hip_flexion": (0.7, 0.016, 3.5),
-        "hip": (0.7, 0.016, 1.5),
-        "knee": (0.6, 0.0065, 0.0),
-        "shoulder_abduction": (0.8, 0.026, 4.0),
-        "shoulder": (0.8, 0.026, 2.5),
-        "elbow": (0.5, 0.0, 0.0),
+        "hip_flexion": (0.7, 0.016, 4.3),
+        "hip": (0.7, 0.016, 2.9),
+        "knee": (0.6, 0.0065, 2.0),
+        "shoulder_abduction": (0.8, 0.026, 5.7),
+        "shoulder": (0.8, 0.026, 3.5),
+        "elbow": (0.5, 0.0, 2.5),
     },
     with_imu={
         "hip_flexion": (1.0, 0.026, 4.5),
         "hip": (1.0, 0.026, 3.0),
-        "knee": (1.0, 0.0, 0.8),
-        "shoulder_abduction": (1.0, 0.0, 8.0),
+        "knee": (1.0, 0.0, 1.9),
+        "shoulder_abduction": (1.0, 0.0, 9.0),
         "shoulder": (1.0, 0.0, 6.5),
-        "elbow": (1.0, 0.0, 2.2),
+        "elbow": (1.0, 0.0, 2.7),
     },
 )
 SMOOTHED = VarianceCalibrations(

@@ -27,10 +27,17 @@ class ImuModel:
     crooked: float = 0.44  # [rad] largest misalignment with the source's segment axes
     field: float = 0.25  # [rad] of each IMU's heading about the common one
     heading_walk: float = 0.0015  # [rad/√s]
+    has_magnetometer: bool = True  # otherwise headings are unknown, and drift
+    drift: float = 0.005  # [rad/s] of the heading without a magnetometer
     disturbance: float = 0.0  # [rad] by which each heading swings where fields are uneven
     tilt: float = 0.015  # [rad], slowly changing
     soft_tissue: float = 0.03  # [rad] in motion of 3 rad/s
     gyro_bias: float = 0.01  # [rad/s]
+
+    @property
+    def orientation_stddev(self) -> FloatArray:
+        """What the IMU states, (3,) [rad]: tilt twice, heading."""
+        return np.array([0.02, 0.02, 0.2 if self.has_magnetometer else np.pi])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +86,8 @@ def _stream(
     sensor = path(stamps) * Rotation.from_rotvec(skin) * alignment
     walk = np.cumsum(rng.standard_normal(len(stamps))) / np.sqrt(rate_hz)
     heading = north + model.field * rng.standard_normal() + model.heading_walk * walk
+    if not model.has_magnetometer:
+        heading += rng.uniform(-np.pi, np.pi) + model.drift * rng.standard_normal() * stamps
     if model.disturbance:
         swing = slow_process((len(stamps), 1), SWING_S, rate_hz, rng)[:, 0]
         heading += model.disturbance * swing

@@ -79,7 +79,7 @@ class CapturedSession:
                     stamp_ns=stamp_of(stamp_s),
                     segment=stream.segment,
                     orientation=stream.orientation[row],
-                    orientation_stddev=np.array([0.02, 0.02, 0.2]),
+                    orientation_stddev=self.spec.imu.orientation_stddev,
                     angular_velocity=stream.angular_velocity[row],
                 )
                 timed.append((imu_sample.stamp_ns, imu_sample))
