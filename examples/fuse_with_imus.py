@@ -20,7 +20,9 @@ from vqf import VQF
 
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
+    JOINT_INDEX,
     BodyEstimate,
+    Clock,
     ImuSample,
     Pipeline,
     PipelineParameters,
@@ -29,8 +31,10 @@ from pose_core.api import (
     in_order,
     run_first_pass,
 )
+from pose_core.joints import LIMB_ENDS
 from pose_io.samples import read_samples
 
+SETTLED_NS = 5 * 10**9  # [ns] from the recording's begin, after which rates are compared
 UNKNOWN_HEADING = (0.02, 0.02, np.pi)  # [rad] deviations about the world's axes: no magnetometer
 
 
@@ -85,18 +89,43 @@ def fused(
     return pipeline, [*estimates, *pipeline.flush()]
 
 
+def rate_agreement(
+    pipeline: Pipeline, estimates: list[BodyEstimate], imu: list[ImuSample]
+) -> tuple[float, float]:
+    """A limb's fused rate and its gyroscope's: correlation [-], RMS difference [deg/s]."""
+    segment = imu[0].segment
+    axis = pipeline.sensor_to_segment[segment].R_sensor_segment[:, 2]
+    measured = np.array([each.angular_velocity for each in imu])
+    across = np.linalg.norm(measured - np.outer(measured @ axis, axis), axis=1)
+    clock = pipeline.clocks.get("imus", Clock())
+    times_ns = np.array([clock.to_reference(each.stamp_ns) for each in imu])
+    at_ns = np.array([each.stamp_ns for each in estimates])
+    start, end = (JOINT_INDEX[joint] for joint in LIMB_ENDS[segment])
+    bone = np.stack([each.joints[end] - each.joints[start] for each in estimates])
+    direction = bone / np.linalg.norm(bone, axis=1)[:, None]
+    fused_rate = np.linalg.norm(np.gradient(direction, at_ns * 1e-9, axis=0), axis=1)
+    common = (at_ns > max(times_ns[0], at_ns[0] + SETTLED_NS)) & (at_ns < times_ns[-1])
+    rate = np.interp(at_ns[common], times_ns, across)
+    difference = float(np.degrees(np.sqrt(np.mean((rate - fused_rate[common]) ** 2))))
+    return float(np.corrcoef(rate, fused_rate[common])[0, 1]), difference
+
+
 def main(recording: str, imus: dict[str, Path]) -> None:
     """Fuse a recording with files of IMUs, by segment."""
     recorded = read_samples(recording)
-    samples = list(recorded.samples)
-    for segment, path in imus.items():
-        samples += imu_samples(segment, path, samples[0].stamp_ns)
+    skeletons = list(recorded.samples)
+    begin_ns = skeletons[0].stamp_ns
+    read = {name: list(imu_samples(name, path, begin_ns)) for name, path in imus.items()}
+    samples = [*skeletons, *(each for imu in read.values() for each in imu)]
     pipeline, estimates = fused(samples, tuple(recorded.sensors))
     print(f"{len(estimates)} poses")
     for source, clock in pipeline.clocks.items():
         print(f"the clock of {source} is {clock.offset_ns * 1e-9:+.3f} s ahead")
     for use in pipeline.imu_uses:
         print(use)
+        if use.is_aligned and use.segment in LIMB_ENDS:
+            correlation, apart = rate_agreement(pipeline, estimates, read[use.segment])
+            print(f"its rate and the fused one: r = {correlation:.2f}, {apart:.0f} deg/s apart")
 
 
 if __name__ == "__main__":
