@@ -9,7 +9,6 @@ from scipy.interpolate import BPoly, CubicSpline
 
 from imu_bridge.protocols.reading import STANDARD_GRAVITY
 from pose_core.arrays import FloatArray
-from pose_core.joints import SIDES
 from pose_sim.body import ANKLE_HEIGHT, FOOT, SHANK, THIGH, Body, neutral_angles
 from pose_sim.moves import both
 from pose_sim.timeline import AngleTimeline, Profile, minimum_jerk
@@ -25,7 +24,7 @@ PUSH_TIME, ABSORB_TIME = 0.30, 0.32  # [s]
 def jump(t: AngleTimeline) -> None:
     """Add one jump to the timeline."""
     t.lean = 0.0
-    crouched = _both_legs(leg_pose(np.array([CROUCH])))
+    crouched = both(**leg_pose(np.array([CROUCH])))
     down = {name: float(np.degrees(values[0])) for name, values in crouched.items()}
     arms_back, arms_up = both(shoulder_flexion=-30.0), both(shoulder_flexion=75.0)
     t.move(0.75, down, exact=True, advance=0.0)
@@ -65,17 +64,13 @@ def leg_pose(bend: FloatArray) -> dict[str, FloatArray]:
     return {"hip_flexion": thigh, "knee_flexion": knee, "ankle_flexion": -rise}
 
 
-def _both_legs(angles: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    return {f"{side}_{name}": angle for side in SIDES for name, angle in angles.items()}
-
-
 class _Flight:
     """Heights during a jump, as functions of the time [s] since the start of the push-off."""
 
     def __init__(self, body: Body, rise: float) -> None:
         bends = np.linspace(CROUCH + 10.0, TIPTOE, 150)
         angles = neutral_angles(len(bends))
-        angles.update(_both_legs(leg_pose(bends)))
+        angles.update(both(**leg_pose(bends)))
         lowest, _ = body.contact_height(body.pose(angles).contacts)
         reach = -lowest  # [m] height of the hips above the lowest point of the feet
         self._bend = CubicSpline(reach, bends)
@@ -106,4 +101,4 @@ class _Flight:
 
     def leg_profile(self, name: str, start: float) -> Profile:
         """Change of one leg angle [rad] from its value at the start of the push-off."""
-        return lambda t: _both_legs(leg_pose(self.bend(t)))[name] - start
+        return lambda t: both(**leg_pose(self.bend(t)))[name] - start

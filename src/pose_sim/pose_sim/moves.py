@@ -3,11 +3,15 @@
 Angles are degrees in the conventions of ``docs/conventions.md``.
 """
 
+from typing import TypeVar
+
 from pose_core.joints import SIDE_SIGNS, SIDES, other_side
 from pose_sim.timeline import AngleTimeline
 
+T = TypeVar("T")
 
-def both(**angles: float) -> dict[str, float]:
+
+def both(**angles: T) -> dict[str, T]:
     """The same angles for the left and the right."""
     return {f"{side}_{name}": value for side in SIDES for name, value in angles.items()}
 
