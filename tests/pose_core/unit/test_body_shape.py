@@ -3,7 +3,7 @@ import pytest
 from synthetic_body import MODEL, SHAPE, kinematics, motion, random_dof
 
 from pose_core.body.measurement import PATIENCE_S, BodyMeasurement
-from pose_core.body.model import load_body_model, parse_body_model
+from pose_core.body.model import load_body_model
 from pose_core.body.shape import (
     BodyShapeError,
     estimate_body_shape,
@@ -41,18 +41,6 @@ def test_the_model_has_the_24_degrees_of_freedom_in_their_fixed_order():
 def test_an_unknown_model_is_refused_by_name():
     with pytest.raises(InputError, match="no body model 'centipede'"):
         load_body_model("centipede")
-
-
-def test_a_link_before_its_parent_is_refused():
-    document = {
-        "name": "broken",
-        "links": {"a": {"parent": "b", "joint": "neck", "dof": []}},
-        "joints": {name: {"link": "a", "direction": "measured"} for name in JOINT_INDEX},
-        "order": [],
-        "segments": {},
-    }
-    with pytest.raises(InputError, match="parents first"):
-        parse_body_model(document)
 
 
 def test_bone_lengths_are_estimated_from_noisy_samples():

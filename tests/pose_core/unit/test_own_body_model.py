@@ -88,15 +88,70 @@ def no_joints(document):
     del document["joints"]
 
 
+def other_sides_joint(document):
+    document["links"]["left_thigh"]["joint"] = "right_hip"
+
+
+def other_sides_angle(document):
+    document["links"]["left_shank"]["dof"][0][0] = "right_knee_flexion"
+
+
+def other_parent(document):
+    document["links"]["left_upper_arm"]["parent"] = "pelvis"
+
+
+def link_before_its_parent(document):
+    document["links"] = dict(reversed(document["links"].items()))
+
+
+def bone_upwards(document):
+    document["joints"]["left_elbow"]["direction"] = [0, 0, 1]
+
+
+def measured_bone(document):
+    document["joints"]["left_elbow"]["direction"] = "measured"
+
+
+def more_than_a_turn(document):
+    document["links"]["left_shank"]["dof"][0][2:] = [-400, 720]
+
+
+def other_limbs_segment(document):
+    document["segments"]["left_forearm"] = "left_shank"
+
+
+def misspelt_section(document):
+    document["slidng"] = document.pop("sliding")
+
+
+def unknown_field_of_a_link(document):
+    document["links"]["left_shank"]["inertia"] = 3
+
+
+def unknown_field_of_a_joint(document):
+    document["joints"]["left_foot"]["length"] = 0.4
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (other_axis, r"left_elbow_flexion turns about \[0, 0, 1\]: expected \[0, -1, 0\]"),
-        (other_order, "'left_thigh' turns in another order"),
-        (other_link, "link 'tail': expected one of pelvis, trunk"),
+        (other_axis, r"turns by .*'left_elbow_flexion', \(0, 0, 1\).*: expected .*\(0, -1, 0\)"),
+        (other_order, r"'left_thigh' turns by .*left_hip_rotation.*: expected .*left_hip_flexion"),
+        (other_link, r"links \['tail'\]: expected exactly pelvis, trunk"),
         (crossed_limits, "left_knee_flexion is limited to 160 to -10 degrees"),
-        (other_bone, r"the bone to left_knee points along \[1, 0, 0\]"),
+        (more_than_a_turn, "left_knee_flexion is limited to -400 to 720 degrees"),
+        (other_bone, r"the bone to left_knee points along \(1, 0, 0\): expected \(0, 0, -1\)"),
+        (bone_upwards, r"the bone to left_elbow points along \(0, 0, 1\): expected \(0, 0, -1\)"),
+        (measured_bone, r"the bone to left_elbow points along measured: expected \(0, 0, -1\)"),
         (no_joints, "lacks a field"),
+        (other_sides_joint, "'left_thigh' hangs on right_hip: expected left_hip"),
+        (other_sides_angle, r"'left_shank' turns by .*right_knee_.*: expected .*left_knee_"),
+        (other_parent, "'left_upper_arm' has parent pelvis: expected trunk"),
+        (link_before_its_parent, "'right_shank' comes before right_thigh: expected parents first"),
+        (other_limbs_segment, "segment 'left_forearm' on link 'left_shank'"),
+        (misspelt_section, "'own' has slidng: expected some of name, .*sliding"),
+        (unknown_field_of_a_link, "link 'left_shank' has inertia: expected some of parent"),
+        (unknown_field_of_a_joint, "joint 'left_foot' has length: expected some of link"),
         (lambda document: document.update(name="default"), "named 'default' as a bundled one"),
     ],
 )

@@ -1,14 +1,14 @@
 """A kinematic tree as data: links, joints, degrees of freedom, read from YAML.
 
 The bundled models are in ``body_models/``. A user's own model is another file of the same form,
-selected by its path. ``docs/extending/body_model.md`` lists what it may change; anything that the
-arithmetic does not support, above all other axes, is refused.
+selected by its path. ``docs/extending/body_model.md`` lists what it may change. All else has to
+be as in the bundled model with the same root, because the arithmetic relies on it.
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
 from typing import Any, NoReturn
@@ -20,33 +20,19 @@ from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES
 from pose_core.kernels.forward_kinematics import ROOT_DOF as ROOT_DOF
+from pose_core.kernels.joint_angle_extraction import FULL_TURN
 from pose_core.plain_yaml import parse_yaml
 
-DOF_COUNTS = {
-    "pelvis": (0,),
-    "trunk": (0, 3),
-    "head": (2, 3),
-    "upper_arm": (3,),
-    "thigh": (3,),
-    "forearm": (1,),
-    "shank": (1,),
+FREE_DOF = {"head": (("neck_rotation", (0, 0, 1)),)}
+"""Degrees of freedom that a link may have beyond those of a bundled model, and their axes."""
+SEGMENT_LINKS = {
+    "pelvis": ("pelvis", "trunk"),
+    "torso": ("pelvis", "trunk"),
+    **{f"{side}_hand": (f"{side}_forearm",) for side in SIDES},
+    **{f"{side}_foot": (f"{side}_shank",) for side in SIDES},
 }
-"""Links that a model may have, without their side, and the numbers of degrees of freedom."""
-BALLS, OUTWARD = ("shoulder", "hip"), (("left", 1), ("right", -1))
-AXES = {
-    "waist_flexion": (0, 1, 0),
-    "waist_lateral_bending": (1, 0, 0),
-    "waist_rotation": (0, 0, 1),
-    "neck_flexion": (0, 1, 0),
-    "neck_lateral_bending": (1, 0, 0),
-    "neck_rotation": (0, 0, 1),
-    **{f"{side}_{ball}_flexion": (0, -1, 0) for side in SIDES for ball in BALLS},
-    **{f"{side}_{ball}_abduction": (out, 0, 0) for side, out in OUTWARD for ball in BALLS},
-    **{f"{side}_{ball}_rotation": (0, 0, -out) for side, out in OUTWARD for ball in BALLS},
-    **{f"{side}_elbow_flexion": (0, -1, 0) for side in SIDES},
-    **{f"{side}_knee_flexion": (0, 1, 0) for side in SIDES},
-}
-"""Axis of each degree of freedom in its link's axes, by ``docs/conventions.md``."""
+"""Links that an IMU on a segment may measure; on every other segment: the link of its name."""
+KEYS = ("name", "links", "order", "joints", "sliding", "segments")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,27 +181,45 @@ def parse_body_model(document: dict[str, Any]) -> BodyModel:
     """Build a model from its YAML document.
 
     Raises:
-        InputError: If a parent, joint, segment or degree of freedom does not fit.
+        InputError: If the arithmetic does not support it.
     """
-    name = str(document["name"])
-    links = {key: _parse_link(key, value) for key, value in document["links"].items()}
-    joints = {
-        key: JointPlace(
-            link=value["link"],
-            direction=None if value["direction"] == "measured" else tuple(value["direction"]),
-        )
-        for key, value in document["joints"].items()
-    }
-    model = BodyModel(
-        name=name,
-        links=links,
-        joints=joints,
+    model = _built(document)
+    _check(model, _bundled("default" if "pelvis" in model.links else "li2020"))
+    return model
+
+
+@cache
+def _bundled(name: str) -> BodyModel:
+    text = (resources.files("pose_core.body") / "body_models" / f"{name}.yaml").read_text("utf-8")
+    return _built(parse_yaml(text, name))
+
+
+def _built(document: dict[str, Any]) -> BodyModel:
+    where = f"body model '{document['name']}'"
+    _refuse_unknown(where, document, KEYS)
+    for name, value in document["links"].items():
+        _refuse_unknown(f"{where}: link '{name}'", value, ("parent", "joint", "dof"))
+    for name, value in document["joints"].items():
+        _refuse_unknown(f"{where}: joint '{name}'", value, ("link", "direction"))
+    return BodyModel(
+        name=str(document["name"]),
+        links={key: _parse_link(key, value) for key, value in document["links"].items()},
+        joints={
+            key: JointPlace(
+                link=value["link"],
+                direction=None if value["direction"] == "measured" else tuple(value["direction"]),
+            )
+            for key, value in document["joints"].items()
+        },
         angle_names=tuple(document["order"]),
         segments=document["segments"],
         sliding=tuple(document.get("sliding", ())),
     )
-    _check(model)
-    return model
+
+
+def _refuse_unknown(where: str, section: Mapping[str, Any], known: tuple[str, ...]) -> None:
+    if unknown := sorted(map(str, section.keys() - set(known))):
+        raise InputError(f"{where} has {', '.join(unknown)}: expected some of {', '.join(known)}")
 
 
 def _parse_link(name: str, value: dict[str, Any]) -> Link:
@@ -231,55 +235,52 @@ def _parse_link(name: str, value: dict[str, Any]) -> Link:
     return Link(name=name, parent=value["parent"], joint=value["joint"], dof=dof)
 
 
-def _check(model: BodyModel) -> None:
+def _check(model: BodyModel, supported: BodyModel) -> None:
+    """Refuse what differs from a bundled model in anything that the arithmetic relies on."""
+
     def fail(found: str, expected: str) -> NoReturn:
         raise InputError(f"body model '{model.name}': {found}: expected {expected}")
 
-    if set(model.joints) != set(JOINTS):
-        fail(f"joints {sorted(set(model.joints) ^ set(JOINTS))}", "exactly the 15 joints")
-    seen: set[str] = set()
-    for link in model.links.values():
-        if (link.parent is None) != (not seen) or (link.parent and link.parent not in seen):
-            fail(f"link '{link.name}' has parent {link.parent}", "one root, parents first")
-        if link.joint is not None and model.joints[link.joint].link != link.parent:
-            fail(
-                f"link '{link.name}' hangs on {link.joint}", f"a joint of its parent {link.parent}"
-            )
-        seen.add(link.name)
-    if sorted(model.angle_names) != sorted(model.link_of_dof):
-        fail("'order' differs from the links' degrees of freedom", "each exactly once")
     if not re.fullmatch(r"[A-Za-z]\w*", model.name, re.ASCII):
         fail(f"the name is {model.name!r}", "letters, digits and underscores")
-    _check_dof(model, fail)
+    if others := set(model.links) ^ set(supported.links):
+        fail(f"links {sorted(others)}", f"exactly {', '.join(supported.links)}")
+    if others := set(model.joints) ^ set(JOINTS):
+        fail(f"joints {sorted(others)}", "exactly the 15 joints")
+    for what, found, expected in _fixed(model, supported):
+        if found != expected:
+            fail(f"{what} {found}", str(expected))
+    seen: set[str | None] = {None}
+    for link in model.links.values():
+        if link.parent not in seen:
+            fail(f"link '{link.name}' comes before {link.parent}", "parents first")
+        seen.add(link.name)
+        for dof in link.dof:
+            if not (dof.lower < dof.upper < dof.lower + FULL_TURN and abs(dof.lower) < FULL_TURN):
+                found = f"{np.degrees(dof.lower):g} to {np.degrees(dof.upper):g} degrees"
+                fail(f"{dof.name} is limited to {found}", "the lower limit first, within 360")
+    if sorted(model.angle_names) != sorted(model.link_of_dof):
+        fail("'order' differs from the links' degrees of freedom", "each exactly once")
     if unknown := set(model.sliding) - set(JOINTS):
         fail(f"sliding joints {sorted(unknown)}", "some of the 15 joints")
-    for segment, link_name in model.segments.items():
-        if segment not in SEGMENTS or link_name not in model.links:
-            fail(f"segment '{segment}' on link '{link_name}'", "a known segment and link")
+    for segment, name in model.segments.items():
+        links = SEGMENT_LINKS.get(segment, (segment,))
+        if segment not in SEGMENTS or name not in links or name not in model.links:
+            fail(f"segment '{segment}' on link '{name}'", "a known segment on its own link")
 
 
-def _check_dof(model: BodyModel, fail: Callable[[str, str], NoReturn]) -> None:
-    """Refuse degrees of freedom that forward kinematics or angle extraction do not support."""
-    for link in model.links.values():
-        kind = re.sub("^(left|right)_", "", link.name)
-        counts = (0,) if link.parent is None else DOF_COUNTS.get(kind, ())
-        if kind not in DOF_COUNTS:
-            fail(f"link '{link.name}'", f"one of {', '.join(DOF_COUNTS)}, with left_ or right_")
-        if len(link.dof) not in counts or (link.parent is not None and not link.dof):
-            expected = " or ".join(str(count) for count in counts if count or not link.parent)
-            fail(f"link '{link.name}' has {len(link.dof)} degrees of freedom", expected)
-        for dof, letter in zip(link.dof, "yxz", strict=False):
-            if dof.name not in AXES:
-                fail(f"degree of freedom '{dof.name}'", f"one of {', '.join(AXES)}")
-            if dof.axis != AXES[dof.name]:
-                fail(f"{dof.name} turns about {list(dof.axis)}", f"{list(AXES[dof.name])}")
-            if not dof.axis["xyz".index(letter)]:
-                fail(f"link '{link.name}' turns in another order", "about y, then x, then z")
-            if not dof.lower < dof.upper:
-                found = f"{np.degrees(dof.lower):g} to {np.degrees(dof.upper):g}"
-                fail(f"{dof.name} is limited to {found} degrees", "the lower limit first")
+def _fixed(model: BodyModel, supported: BodyModel) -> Iterator[tuple[str, Any, Any]]:
+    """What a model may not change: its name in a message, as found and as expected."""
+    for name, link in model.links.items():
+        own = supported.links[name]
+        yield f"link '{name}' has parent", link.parent, own.parent
+        yield f"link '{name}' hangs on", link.joint, own.joint
+        turns = [(dof.name, dof.axis) for dof in own.dof]
+        if len(link.dof) > len(turns):
+            turns += FREE_DOF.get(name, ())
+        yield f"link '{name}' turns by", [(dof.name, dof.axis) for dof in link.dof], turns
     for name, place in model.joints.items():
-        direction = place.direction
-        if direction is not None and (*direction[:2], abs(direction[2])) != (0, 0, 1):
-            found = f"the bone to {name} points along {list(direction)}"
-            fail(found, "[0, 0, 1] or [0, 0, -1]")
+        fixed = supported.joints[name]
+        yield f"joint {name} is in link", place.link, fixed.link
+        bone, own_bone = (each.direction or "measured" for each in (place, fixed))
+        yield f"the bone to {name} points along", bone, own_bone
