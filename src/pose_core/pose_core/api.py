@@ -64,6 +64,7 @@ from pose_core.estimates.body_estimates import (
     EstimateBlock as EstimateBlock,
 )
 from pose_core.estimators import ESTIMATORS as ESTIMATORS
+from pose_core.estimators.default import DefaultEstimator as DefaultEstimator
 from pose_core.estimators.estimator import (
     Estimator as Estimator,
     StepwiseEstimator as StepwiseEstimator,
@@ -72,6 +73,15 @@ from pose_core.estimators.parameters import PipelineParameters as PipelineParame
 from pose_core.estimators.registry import (
     body_model_of as body_model_of,
     estimator_class as estimator_class,
+)
+from pose_core.filter.tuning import (
+    CameraNoise as CameraNoise,
+    FilterTuning as FilterTuning,
+    ImuNoise as ImuNoise,
+    MotionPrior as MotionPrior,
+    PosturePrior as PosturePrior,
+    StartNoise as StartNoise,
+    load_tuning as load_tuning,
 )
 from pose_core.fusion.alignment_history import AlignmentHistory as AlignmentHistory
 from pose_core.fusion.offline import (

@@ -150,6 +150,7 @@ def test_parameters_come_from_a_file_and_from_options(bag, tmp_path):
         (["{bag}", "{tmp}/out", "--sensors", "left", "middle"], "no skeletons of middle"),
         (["{bag}", "{tmp}/out", "--forget-after", "-1"], "forget_after"),
         (["{bag}", "{tmp}/out", "--extrinsics-file", "{tmp}/no.yaml"], "no.yaml"),
+        (["{bag}", "{tmp}/out", "--tuning", "{tmp}/no.yaml"], "no.yaml"),
     ],
 )
 def test_bad_input_is_reported_in_one_line_and_leaves_no_output(

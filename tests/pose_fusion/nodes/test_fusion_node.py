@@ -260,6 +260,7 @@ def test_a_malformed_skeleton_is_counted_in_diagnostics(ros_context, make_fusion
     ("values", "error", "message"),
     [
         ({"extrinsics_file": "/nowhere.yaml"}, InputError, "/nowhere.yaml"),
+        ({"tuning": "/nowhere.yaml"}, InputError, "/nowhere.yaml"),
         ({"forget_after": -1.0}, ParameterError, "forget_after"),
         ({"estimator": "magic"}, ParameterError, "'magic' is not one of"),
     ],

@@ -13,7 +13,7 @@ from exported_motion import write_motion_bag
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from imu_bridge.protocols import PROTOCOLS, ProtocolEntry
-from pose_core.api import ESTIMATORS, Pipeline, PipelineParameters, load_body_model
+from pose_core.api import ESTIMATORS, Pipeline, PipelineParameters, fuse, load_body_model
 from pose_core.joints import JOINTS
 from pose_fusion.tools import export
 from pose_io.export.registry import EXPORTERS
@@ -117,6 +117,20 @@ def test_a_bag_with_your_own_body_model_is_reported_and_exported(monkeypatch, tm
     assert status(report, monkeypatch, "report", bag, "-o", str(made)) == 0
     assert bvh.exists()
     assert (made / "report.html").exists()
+
+
+def test_other_tuning_parameters_are_given_by_a_file(tmp_path):
+    (code,) = re.findall(r"```yaml\n(.*?)```", (PAGES / "filter.md").read_text(), re.DOTALL)
+    own = tmp_path / "my_tuning.yaml"
+    own.write_text(code)
+    _, dof = motion(5.0)
+    rng = np.random.default_rng(3)
+    samples = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), rng, 0.01)
+    default, tuned, same = (
+        fuse(samples, extrinsics(), PipelineParameters(tuning=path)) for path in ("", str(own), "")
+    )
+    np.testing.assert_array_equal(same.position, default.position)
+    assert 1e-4 < np.abs(tuned.position - default.position).max() < 1.0
 
 
 def test_an_exporter_is_added_by_a_file_and_a_line(new_module, monkeypatch, tmp_path, capsys):

@@ -27,7 +27,7 @@ from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.filter.state_checks import StateChecks
 from pose_core.filter.step import StepResult
 from pose_core.filter.step_history import KeptStep, StepHistory
-from pose_core.filter.tuning import FilterTuning
+from pose_core.filter.tuning import FilterTuning, load_tuning
 from pose_core.finite_numbers import nan_mean
 from pose_core.imu.imu_history import ImuMeasurements
 from pose_core.imu.imu_use import ImuUse
@@ -69,7 +69,7 @@ class DefaultEstimator(StepwiseEstimator):
         tuning: FilterTuning | None = None,
     ) -> None:
         sensors = len(parameters.sensors)
-        self.tuning = (tuning or FilterTuning()).for_cameras(sensors)
+        self.tuning = (tuning or load_tuning(parameters.tuning)).for_cameras(sensors)
         shape = with_shorter_arms(shape, self.tuning.arm_length)
         super().__init__(model, shape, parameters, counters)
         self._filter = ErrorStateFilter(
@@ -80,6 +80,11 @@ class DefaultEstimator(StepwiseEstimator):
         self._start_frames = StartFrames(sensors)
         self._history = StepHistory(self._filter)
         self._output = FilterOutput(self._filter)
+
+    @classmethod
+    def check(cls, parameters: PipelineParameters) -> None:
+        """Check the tuning's file."""
+        load_tuning(parameters.tuning)
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:

@@ -8,6 +8,7 @@ from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.errors import ParameterError
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import EstimatedPose, TimedPose
 from pose_core.estimators.parameters import PipelineParameters
@@ -58,7 +59,11 @@ class Estimator(ABC):
     @classmethod
     def check(cls, parameters: PipelineParameters) -> None:
         """Raise :class:`pose_core.errors.ParameterError` for parameters that it cannot use."""
-        del parameters  # most accept any
+        if parameters.tuning:
+            raise ParameterError(
+                f"tuning is of the default filter, not of estimator = {parameters.estimator}: "
+                "leave one of them out"
+            )
 
     @abstractmethod
     def track(self, observation: Observation) -> list[TimedPose]:

@@ -46,7 +46,7 @@ class Li2020Estimator(StepwiseEstimator):
     @classmethod
     def check(cls, parameters: PipelineParameters) -> None:
         """Check that the library with the sigma points' weights is installed."""
-        del parameters
+        super().check(parameters)
         if find_spec("filterpy") is None:
             raise ParameterError(
                 "estimator = li2020 needs the library filterpy, which is not installed: "

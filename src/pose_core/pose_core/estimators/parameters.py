@@ -16,6 +16,10 @@ class PipelineParameters:
         doc="the kinematic tree: default, li2020, or the path of your own YAML file; auto: "
         "the one that the estimator was designed for",
     )
+    tuning: str = parameter(
+        "",
+        doc="path of a YAML file with other tuning parameters of the default filter; empty: none",
+    )
     subject: str = parameter("subject", doc="the person's id in topics and frames", pattern=NAME)
     person: str = parameter(
         "first",

@@ -27,6 +27,7 @@ class MeanOfSensors(StepwiseEstimator):
     @classmethod
     def check(cls, parameters: PipelineParameters) -> None:
         """Check that the sensor is among the sensors."""
+        super().check(parameters)
         if cls.SENSOR and cls.SENSOR not in parameters.sensors:
             raise ParameterError(
                 f"estimator = {cls.SENSOR} shows the sensor of that name, the sensors are "

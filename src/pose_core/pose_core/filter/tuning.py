@@ -5,7 +5,18 @@ docs/decisions/tried_without_gain.md the alternatives.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pose_core.errors import InputError
+from pose_core.finite_numbers import finite_numbers
+from pose_core.plain_yaml import read_yaml
+
+MAY_BE_ZERO = ("carried", "occluded_stddev", "shared_offset_stddev")
+"""Parameters that the filter never divides by."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,3 +155,38 @@ class FilterTuning:
             return self
         motion = replace(self.motion, rate_memory=self.motion.one_camera_rate_memory)
         return replace(self, motion=motion)
+
+
+def load_tuning(path: str) -> FilterTuning:
+    """Read a YAML file of the parameters that differ from the default, nested as they are here.
+
+    Args:
+        path: The file; empty: the default.
+
+    Raises:
+        InputError: If it cannot be read, or has an unknown parameter or an impossible value.
+    """
+    if not path:
+        return FilterTuning()
+    changes = read_yaml(Path(path).expanduser(), "the filter's tuning")
+    tuning: FilterTuning = _changed(FilterTuning(), changes, f"{path}: tuning")
+    return tuning
+
+
+def _changed(default: Any, value: Any, where: str) -> Any:
+    """A group of parameters, or a single one, with the value of a file."""
+    known = vars(default) if is_dataclass(default) else default
+    if isinstance(known, Mapping):
+        if not isinstance(value, Mapping):
+            raise InputError(f"{where} is {value!r}, expected some of {', '.join(known)}")
+        if unknown := ", ".join(sorted(map(str, value.keys() - known.keys()))):
+            raise InputError(f"{where} has {unknown}, expected some of {', '.join(known)}")
+        changes = {name: _changed(known[name], value[name], f"{where}/{name}") for name in value}
+        return {**default, **changes} if known is default else replace(default, **changes)
+    shape = np.shape(default)
+    numbers = None if isinstance(value, bool) else finite_numbers(value, *shape)
+    may_be_zero = not set(MAY_BE_ZERO).isdisjoint(where.rpartition(":")[2].split("/"))
+    if numbers is None or (numbers < 0.0).any() or not (may_be_zero or numbers.all()):
+        expected = f"{shape[0]} positive numbers" if shape else "a positive number"
+        raise InputError(f"{where} is {value!r}, expected {expected}")
+    return tuple(numbers.tolist()) if shape else float(numbers)
