@@ -172,7 +172,9 @@ colcon_build() {
 compile_kernels() {
     PYTHONPATH=src/pose_core:src/pose_io "$POSE_VENV/bin/python" scripts/warm_up.py
 }
-kernel_sources() { grep -rlZ --include='*.py' '@compiled' src/pose_core src/pose_io | sort -z | xargs -0 cat; }
+kernels_hash() {
+    "$POSE_VENV/bin/python" -S src/pose_core/pose_core/kernels/sources.py src/{pose_core/pose_core,pose_io/pose_io}
+}
 
 # Inputs of a build: content of package descriptions, messages, launch files and configuration, and
 # the list of documents. Python modules are linked, not copied: an edited or new one needs no build.
@@ -241,7 +243,7 @@ printf '%s\n' "$ros" "$python" >"$POSE_HOME/python"
 packages="$(cat requirements/ros-wheels.txt requirements/python.* scripts/relocate_wheels.py |
     hash_of)"
 run_step "Python packages" "$packages" install_packages
-start_step "estimator kernels" "$packages $(kernel_sources | hash_of)" compile_kernels
+start_step "estimator kernels" "$packages $(kernels_hash)" compile_kernels
 if $develop; then
     run_step "development packages" "$(cat requirements/{ros-wheels,python,develop}.txt | hash_of)" \
         install_development_packages

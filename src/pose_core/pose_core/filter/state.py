@@ -1,17 +1,19 @@
 """State of the default filter: mean, covariance and slowly varying quantities."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.arrays import FloatArray
 from pose_core.filter.layout import Layout, rate_column, rotation_column
-from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.rotations import rotate_left, rotate_right
+
+if TYPE_CHECKING:  # so that an edited tuning needs no compilation
+    from pose_core.filter.tuning import FilterTuning
 
 IMU_STATES = 4  # sensor-to-segment rotation (3) and heading (1)
 SHARED_OFFSET_STATES = 3
@@ -106,7 +108,7 @@ def _copies(group: Iterable[Any]) -> Iterator[Any]:
 def start_state(
     layout: Layout,
     sensors: int,
-    tuning: FilterTuning,
+    tuning: "FilterTuning",
     slide_variance: FloatArray,
     position: FloatArray,
     R_map_links: FloatArray,

@@ -2,11 +2,11 @@
 
 Numba compiles a function at its first call and caches the result for the next process. To decide
 whether the cache is out of date, it checks only the function's own file, but the kernels call each
-other across files. So the name of the cache folder is a hash of all of them. The folder is used for
-our functions only; numba's own settings are restored.
+other across files, and freeze constants of the modules that they import. So the name of the cache
+folder is a hash of all of these. The folder is used for our functions only; numba's own settings
+are restored.
 """
 
-import hashlib
 import logging
 import os
 import tempfile
@@ -18,29 +18,21 @@ from typing import Any, TypeVar, cast
 
 import numba
 
+from pose_core.kernels.sources import sources_hash
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 PACKAGE = Path(__file__).parents[1]
-MARK = b"@compiled"  # what a file with kernels holds
 LARGEST = "step.update_with_frame"  # the kernel that takes longest to compile
 FOLDER_VARIABLE = "NUMBA_CACHE_DIR"  # numba's own variable; it has precedence
-
-
-def _sources_hash() -> str:
-    digest = hashlib.sha256()
-    for path in sorted(PACKAGE.rglob("*.py")):
-        content = path.read_bytes()
-        if MARK in content:
-            digest.update(content)
-    return digest.hexdigest()[:12]
 
 
 def _make_folder() -> Path:
     """The folder of the compiled code: in the user's cache, otherwise a temporary folder."""
     if FOLDER_VARIABLE in os.environ:
-        return Path(os.environ[FOLDER_VARIABLE]) / _sources_hash()
+        return Path(os.environ[FOLDER_VARIABLE]) / sources_hash(PACKAGE)
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    folder = base / "pose_core" / "kernels" / _sources_hash()
+    folder = base / "pose_core" / "kernels" / sources_hash(PACKAGE)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if os.access(folder, os.W_OK):
