@@ -9,12 +9,17 @@ from types import ModuleType
 import numpy as np
 import pytest
 import yaml
+from builtin_interfaces.msg import Time
 from exported_motion import write_motion_bag
+from geometry_msgs.msg import Point, Pose, PoseArray
+from std_msgs.msg import Header
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from imu_bridge.protocols import PROTOCOLS, ProtocolEntry
+from kinect_bridge.parameters import KinectBridgeParameters
 from pose_core.api import ESTIMATORS, Pipeline, PipelineParameters, fuse, load_body_model
 from pose_core.joints import JOINTS
+from pose_core.stamps import NS_PER_S
 from pose_fusion.tools import export
 from pose_io.export.registry import EXPORTERS
 from pose_io.recordings.formats import FORMATS
@@ -84,6 +89,26 @@ def test_a_skeleton_format_is_added_by_a_file_and_a_line(new_module, monkeypatch
     recorded = read_samples(tmp_path / "joints.npz")
     assert recorded.sensors == ("kinect",)
     np.testing.assert_array_equal([s.positions for s in recorded.samples], joints)
+
+
+def test_a_live_source_is_added_by_a_file_and_a_line(new_module):
+    module = new_module("live_source.md")
+    name, value = line_of("live_source.md")
+    file, _, class_name = value.strip('"').partition(".")  # as in SOURCES
+    assert module.__name__ == f"kinect_bridge.sources.{file}"
+    source = getattr(module, class_name)(KinectBridgeParameters(source=name, topic="tracker/body"))
+    assert [topic.name for topic in source.topics] == ["tracker/body"]
+    source.start(lambda: 2 * NS_PER_S, lambda: None)
+    joints = np.arange(3.0 * len(JOINTS)).reshape(-1, 3)
+    poses = [Pose(position=Point(x=x, y=y, z=z)) for x, y, z in joints.tolist()]
+    for ms, sent in ((940, poses[:3]), (960, poses), (980, [])):
+        header = Header(stamp=Time(sec=1, nanosec=ms * 10**6))
+        source.receive(PoseArray(header=header, poses=sent), "tracker/body")
+    frame, empty = source.take(), source.take()
+    assert (frame.stamp_ns, frame.person) == (1_960_000_000, ("0",))
+    np.testing.assert_array_equal(frame.positions, [joints])
+    assert empty.person == ()
+    assert source.report().values["messages_of_other_length"] == 1
 
 
 def test_an_imu_protocol_is_added_by_a_file_and_a_line(new_module, monkeypatch):
