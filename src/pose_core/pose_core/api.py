@@ -107,6 +107,10 @@ from pose_core.joints import (
     TrackingState as TrackingState,
 )
 from pose_core.kernels.published_state import Source as Source
+from pose_core.kernels.rotations import (
+    matrix_of_quaternion as matrix_of_quaternion,
+    quaternion as quaternion,
+)
 from pose_core.people.person_choice import ChosenPerson as ChosenPerson
 from pose_core.people.pipeline import PeoplePipeline as PeoplePipeline
 from pose_core.people.tracker import PeopleTracker as PeopleTracker

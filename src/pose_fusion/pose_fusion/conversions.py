@@ -22,9 +22,9 @@ from pose_core.api import (
     Extrinsics,
     FloatArray,
     is_imus,
+    quaternion,
 )
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_core.kernels.rotations import quaternion
 from pose_io.names import BODIES, WORLD_FRAME, sensor_frame
 from pose_node.conversions import ns_to_stamp, to_header, to_transform
 

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from pose_core.api import Extrinsics, extrinsics_from_map, rigid_transform
+from pose_core.api import Extrinsics, extrinsics_from_map, matrix_of_quaternion, rigid_transform
 from pose_core.arrays import FloatArray
 from pose_core.errors import InputError
-from pose_core.kernels.rotations import matrix_of_quaternion
 from pose_io.names import SENSOR_FRAME, WORLD_FRAME
 
 FARTHEST = 1e7  # [m] between two frames on Earth

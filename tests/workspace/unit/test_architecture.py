@@ -69,24 +69,16 @@ LIGHT = {
 BEYOND_THE_DOOR = {
     # It finds the values that the core uses, on the core's geometry.
     "pose_calibration": {
-        "pose_core.body.kinematics",
         "pose_core.body.shape",
         "pose_core.body.trunk",
         "pose_core.filter.tracker_errors",
         "pose_core.imu.angular_velocity_check",
         "pose_core.imu.burst_stamps",
-        "pose_core.kernels.rotations",
     },
     # It compiles kernels of its own.
-    "pose_io": {
-        "pose_core.kernels.compiling",
-        "pose_core.kernels.rotations",
-    },
-    # It shows how the first compilation goes, and waits for IMUs in the live graph.
-    "pose_fusion": {
-        "pose_core.kernels.compiling",
-        "pose_core.kernels.rotations",
-    },
+    "pose_io": {"pose_core.kernels.compiling"},
+    # It shows how the first compilation goes.
+    "pose_fusion": {"pose_core.kernels.compiling"},
 }
 """What else of the core a package may import; the benches, which measure parts of it, anything."""
 

@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pose_calibration.geometry.rigid_transform import MAXWELL_MEDIAN, TUKEY
-from pose_core.api import FloatArray, transformed
-from pose_core.body.kinematics import skew
+from pose_core.api import FloatArray, skew, transformed
 from pose_core.finite_numbers import are_known
 from pose_core.joints import JOINT_INDEX, JOINTS
 

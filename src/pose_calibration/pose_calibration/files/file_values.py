@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from pose_core.api import FloatArray
+from pose_core.api import FloatArray, matrix_of_quaternion, quaternion as quaternion_of
 from pose_core.errors import InputError
 from pose_core.finite_numbers import finite_numbers
-from pose_core.kernels.rotations import matrix_of_quaternion, quaternion as quaternion_of
 
 UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's norm, for numbers rounded by hand
 
