@@ -19,8 +19,10 @@ done
 "$POSE_VENV/bin/uv" venv --quiet --python "$python" "$folder/venv"
 "$POSE_VENV/bin/uv" pip install --quiet --python "$folder/venv/bin/python" "${packages[@]}"
 
-# Without this shell's environment; kernels without optimisation compile in half the time.
-env -i HOME="$folder" MPLBACKEND=Agg NUMBA_OPT=0 PYTHONWARNINGS=ignore "$folder/venv/bin/python" \
+# Without this shell's environment; kernels without optimisation compile in half the time, but some
+# cannot be cached then, and numba warns of it.
+env -i HOME="$folder" MPLBACKEND=Agg NUMBA_OPT=0 \
+    PYTHONWARNINGS="ignore:Cannot cache compiled function" "$folder/venv/bin/python" \
     examples/fuse_csv.py "$folder/session/kinects.csv" "$folder/angles.png" | tee "$folder/said"
 grep -qE '^[0-9]{3,} poses, 27 degrees of freedom$' "$folder/said"
 grep -qE '^left_knee_flexion: .* to [6-9][0-9]\.[0-9] deg, stddev [1-9]\.[0-9] deg$' "$folder/said"
