@@ -34,6 +34,7 @@ from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.static_transforms import transforms_to_map
 from pose_io.topics import (
+    IMU,
     body_topic,
     imu_topics,
     misnamed_imu_topics,
@@ -70,7 +71,7 @@ class BagFrames:
         self._order = None if clocks is None else RecordingOrder(clocks)
         self._sensors = {topic: name for name, topic in sensor_topics(bag).items()}
         self._imus = {topic: name for name, topic in imu_topics(bag).items() if imus}
-        self._misnamed = misnamed_imu_topics(bag) if imus else []
+        self._misnamed = misnamed_imu_topics(bag.topics_of_type(IMU)) if imus else []
         self._without_orientation: Counter[str] = Counter()  # samples by topic
         self._clock_steps = ClockSteps()
         self._progress = progress or (lambda _: None)

@@ -28,15 +28,21 @@ def imu_topics(bag: "BagReader") -> dict[str, str]:
     return _topics(bag, IMU_TOPIC, IMU)
 
 
-def misnamed_imu_topics(bag: "BagReader") -> list[str]:
+def misnamed_imu_topics(
+    topics: Collection[str], segments: Collection[str] | None = None
+) -> list[str]:
     """Topics of IMUs whose names tell no segment, but for those in cameras.
 
     Nor are the raw data of an IMU whose orientations are there, too.
+
+    Args:
+        topics: Names of the topics of type ``sensor_msgs/Imu``.
+        segments: Names of segments; if None, any name is one.
     """
-    used = set(imu_topics(bag).values())
+    named = {topic: match["name"] for topic in topics if (match := IMU_TOPIC.search(topic))}
+    used = {topic for topic, name in named.items() if segments is None or name in segments}
     known = used | {f"{topic}_raw" for topic in used}
-    topics = sorted(bag.topics_of_type(IMU))
-    return [each for each in topics if each not in known and not IN_CAMERA.search(each)]
+    return [each for each in sorted(topics) if each not in known and not IN_CAMERA.search(each)]
 
 
 def unused_sensors(

@@ -283,6 +283,31 @@ def test_an_unused_camera_is_reported(make_placed_fusion, ros_context, spin_unti
     spin_until(says_so, what="the sensor's name")
 
 
+@pytest.mark.parametrize(
+    ("topic", "use_imus", "remark"),
+    [
+        ("imu_leftthigh/data", True, "IMUs not used: /imu_leftthigh/data: expected imu_<segment>"),
+        ("imu_left_thigh/data", False, "IMUs not used: head, left_thigh: use_imus is false"),
+    ],
+)
+def test_a_published_imu_that_is_not_read_is_reported(
+    make_placed_fusion, ros_context, topic, use_imus, remark
+):
+    driver = ros_context.make_node("driver")
+    driver.create_publisher(Imu, topic, qos_profile_sensor_data)
+    driver.create_publisher(Imu, "imu_head/data_raw", qos_profile_sensor_data)
+    driver.create_publisher(Imu, "imu_head/data", qos_profile_sensor_data)
+    diagnostics = ros_context.collect(DiagnosticArray, "/diagnostics")
+    make_placed_fusion(use_imus=use_imus)
+
+    def says_so() -> bool:
+        return any(remark in message.status[0].message for message in diagnostics)
+
+    ros_context.spin_until(says_so, what="the IMU's name")
+    if use_imus:
+        assert "imu_head/data_raw" not in diagnostics[-1].status[0].message
+
+
 CHECKED = 40  # samples between two checks
 
 

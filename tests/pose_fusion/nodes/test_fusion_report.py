@@ -65,6 +65,29 @@ def test_an_imu_without_a_gyroscope_causes_no_warning():
     assert "is not measured; the orientation's change is used" in report.values["imu/left_thigh"]
 
 
+def test_every_unused_imu_is_named_with_its_reason():
+    _, _, skeletons, imus = moving_wearer(DURATION_S)
+    still = {sample.segment: sample for sample in reversed(imus)}
+    names = {"torso": "left_hand"}  # the body has no link for it
+    imus = [
+        replace(still[s.segment], stamp_ns=s.stamp_ns, angular_velocity=np.zeros(3))
+        if s.segment in ("left_thigh", "left_shank")
+        else replace(s, segment=names.get(s.segment, s.segment))
+        for s in imus
+    ]
+    reporter, reader = reporter_of(merged(skeletons, imus))
+    reporter.check()
+    message = reporter.report((), {}, {}).message
+    assert "the IMUs on left_shank, left_thigh are not used: it has not turned by 8°" in message
+    assert "the IMU on left_hand is not used: the body model has no link" in message
+    assert "left_forearm" not in message
+    reader.oriented = {"left_hand": False}
+    reporter.check()
+    message = reporter.report((), {}, {}).message
+    assert "the IMU on left_hand is not used" not in message
+    assert "the messages of the IMU on left_hand have no orientation" in message
+
+
 def test_sources_excluded_for_one_reason_share_a_remark():
     _, _, skeletons, _ = moving_wearer(1.0)
     parameters = PipelineParameters()
@@ -92,6 +115,15 @@ def test_imus_that_are_published_and_have_sent_nothing_are_named():
     report = reporter.report((), {}, {}, unheard_imus=["head", "torso"])
     assert "the IMU on head, torso is published, but has sent nothing yet" in report.message
     assert report.level == Level.WARN
+
+
+def test_imus_that_are_published_and_not_read_are_named_and_no_fault():
+    reporter, _ = reporter_of(moving_wearer(3.0)[2])
+    reporter.check()
+    unread = dict.fromkeys(("head", "torso"), "use_imus is false")
+    report = reporter.report((), {}, {}, unread_imus=unread)
+    assert report.message == "tracking; IMUs not used: head, torso: use_imus is false"
+    assert report.level == Level.OK
 
 
 def test_nobody_being_chosen_is_a_warning():

@@ -1,7 +1,7 @@
 """The fusion node: estimates the poses of one or several people from skeletons and IMUs."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -38,7 +38,7 @@ from pose_io.clock_messages import clock_of
 from pose_io.names import BODIES, imu_topic, skeletons_topic
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import StaticTransforms
-from pose_io.topics import unused_sensors
+from pose_io.topics import IMU, misnamed_imu_topics, unused_sensors
 from pose_node.node_status import Level, Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.qos import latched, sensor_data
@@ -290,9 +290,23 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             self._several_publishers(),
             self._simulated_time.trouble,
             self._imus.unheard,
+            self._unread_imus(topics),
         )
         self._log_change(report)
         return report
+
+    def _unread_imus(self, topics: Iterable[tuple[str, Collection[str]]]) -> dict[str, str]:
+        """IMUs that somebody publishes and this node does not read, and why."""
+        if not self.settings.use_imus:
+            names = {segment: self.resolve_topic_name(imu_topic(segment)) for segment in SEGMENTS}
+            sending = [segment for segment, name in names.items() if self.count_publishers(name)]
+            return dict.fromkeys(sending, "use_imus is false")
+        prefix = f"{self.get_namespace().rstrip('/')}/"
+        imus = [t for t, types in topics if IMU in types and t.startswith(prefix)]
+        misnamed = misnamed_imu_topics(list(filter(self.count_publishers, imus)), SEGMENTS)
+        read = {each.subscription.topic_name for each in self._imus.queues.values()}  # or remapped
+        expected = "expected imu_<segment>/data, for example imu_left_thigh/data"
+        return {topic: expected for topic in misnamed if topic not in read}
 
     def _log_change(self, report: Report) -> None:
         """Log what the node waits for, or that other sources are unusable than logged last."""

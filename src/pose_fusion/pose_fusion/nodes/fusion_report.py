@@ -1,6 +1,8 @@
 """The fusion node's report in ``/diagnostics``."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import TypeVar
 
 import numpy as np
 
@@ -9,6 +11,8 @@ from pose_fusion.sample_reader import SampleReader
 from pose_fusion.watching.cameras import IMPLAUSIBLE, MISSED_CHECKS, NO_IMUS, UNDECIDED
 from pose_node.node_status import Level, Report
 
+T = TypeVar("T")
+TRACKING = "tracking"  # the pipeline's status while there are poses
 STARTING = "starting: the cameras show the subject, but there is no pose yet"
 APART_M = 0.15  # [m] of the cameras' views of the subject; late trackers cause a part of it
 DOUBTED = (
@@ -92,6 +96,7 @@ class FusionReporter:
         publishers: Mapping[str, int] | None = None,
         clock_trouble: str = "",
         unheard_imus: Sequence[str] = (),
+        unread_imus: Mapping[str, str] = MappingProxyType({}),
     ) -> Report:
         """The report as of the last check.
 
@@ -102,8 +107,9 @@ class FusionReporter:
             publishers: Number of publishers of each topic that has several.
             clock_trouble: What is wrong with simulated time.
             unheard_imus: Segments whose IMU's topic has a publisher, but not yet a message.
+            unread_imus: Why IMUs that are published are not read, by segment or topic; no fault.
         """
-        has_subject = self._pipeline.status == "tracking"
+        has_subject = self._pipeline.status == TRACKING
         is_ok = has_subject and not (
             self._unused_sources()
             or malformed
@@ -112,25 +118,28 @@ class FusionReporter:
             or clock_trouble
             or unheard_imus
         )
+        status = self._tracking()
         remarks = [
             *([DOUBTED] if self._pipeline.is_doubted else []),
             *_publisher_remarks(publishers or {}),
             *self._camera_remarks(),
+            *(self._unused_imus() if status in (TRACKING, STARTING) else ()),
             *self._imu_remarks(unheard_imus),
             *self._late_remarks(),
             *_graph_remarks(malformed, lost, self._pipeline.others, unused),
+            *(f"IMUs not used: {', '.join(imus)}: {why}" for why, imus in _by_reason(unread_imus)),
         ]
         if clock_trouble:  # the sources' stamps and silence follow from it
             remarks = [f"use_sim_time is true, and {clock_trouble}"]
         return Report(
             level=Level.OK if is_ok else Level.WARN,
-            message="; ".join([self._tracking(), *remarks]),
+            message="; ".join([status, *remarks]),
             values={**self._values(), "sensors_not_used": ", ".join(unused) or "none"},
         )
 
     def _tracking(self) -> str:
         status = self._pipeline.status
-        if status == "tracking" and not self._is_tracking:
+        if status == TRACKING and not self._is_tracking:
             others = [
                 name for name in self._pipeline.people if name != self._pipeline.parameters.subject
             ]
@@ -142,11 +151,7 @@ class FusionReporter:
                 return f"{NO_IMUS}: the estimator imu needs them (imu_<segment>/data)"
             seen = self._pipeline.subject_frames.keys() - self._watch.missing.keys()
             return STARTING if seen else "no skeletons: the sensors see nobody, or are silent"
-        idle = [use.segment for use in self._pipeline.subject.imu_uses if use.reason]
-        if not (self._is_tracking and idle):
-            return status
-        more = f"; {len(idle) - 1} more, see the values" if len(idle) > 1 else ""
-        return f"tracking without the IMU on {idle[0]}{more}"
+        return status
 
     @property
     def _silent_imus(self) -> Sequence[str]:
@@ -154,6 +159,17 @@ class FusionReporter:
         silent = self._pipeline.subject.silent_imus if self._pipeline.parameters.use_imus else ()
         sending = {*self._unoriented, *(name.removeprefix(f"{IMUS}/") for name in self.excluded)}
         return [name for name in silent if name not in sending]
+
+    def _unused_imus(self) -> Iterator[str]:
+        """IMUs that are not used, and why; not those that another remark gives the reason of."""
+        checked = self._pipeline.subject.imus.orientations
+        unusable = {*self._silent_imus, *self._unoriented, *checked.jumping, *checked.saturated}
+        unusable |= {name.removeprefix(f"{IMUS}/") for name in self.excluded}
+        uses = self._pipeline.subject.imu_uses
+        reasons = {u.segment: u.reason for u in uses if u.reason and u.segment not in unusable}
+        for reason, segments in _by_reason(reasons):
+            verb = "IMU on {} is" if len(segments) == 1 else "IMUs on {} are"
+            yield f"the {verb.format(', '.join(segments))} not used: {reason}"
 
     @property
     def _exchanged(self) -> Sequence[str]:
@@ -180,8 +196,7 @@ class FusionReporter:
     def _camera_remarks(self) -> Iterator[str]:
         """Sources with implausible stamps, and cameras whose frames are of little use."""
         excluded = self.excluded
-        for why in dict.fromkeys(excluded.values()):  # one remark for all sources with a reason
-            named = [source for source, own in excluded.items() if own == why]
+        for why, named in _by_reason(excluded):
             verb, whose = ("is", "its") if len(named) == 1 else ("are", "their")
             yield f"{', '.join(named)} {verb} not used: {whose} {why}"
         for sensor, why in self._watch.missing.items():
@@ -206,8 +221,6 @@ class FusionReporter:
             "the IMU on {} has sent nothing for 0.2 s or more: check its battery, radio and rate": (
                 self._silent_imus
             ),
-            "the IMU on {} sends less than 10 samples a second, and is not used: set its rate to "
-            "100 or more": sorted(imus.history.slow),
             "the messages of the IMU on {} have no orientation (NaN, zero, or covariance -1): "
             "let its driver send it": sorted(self._unoriented),
             "the gyroscope of the IMU on {} is saturated: set a larger range on the sensor; it is "
@@ -222,9 +235,7 @@ class FusionReporter:
         for remark, segments in named.items():
             if segments:
                 yield remark.format(", ".join(segments))
-        faults = imus.contradicted_rates
-        for fault in sorted(set(faults.values())):
-            segments = [segment for segment, own in faults.items() if own == fault]
+        for fault, segments in _by_reason(imus.contradicted_rates):
             yield f"the angular velocity of the IMU on {', '.join(segments)} {fault}"
 
     def _late_remarks(self) -> Iterator[str]:
@@ -282,11 +293,16 @@ class FusionReporter:
         }
 
 
+def _by_reason(reasons: Mapping[str, T]) -> Iterator[tuple[T, list[str]]]:
+    """Each reason, with the names of all that have it."""
+    for reason in dict.fromkeys(reasons.values()):
+        yield reason, [name for name, own in reasons.items() if own == reason]
+
+
 def _publisher_remarks(publishers: Mapping[str, int]) -> Iterator[str]:
     """Topics that several nodes publish, by their number."""
-    for count in sorted(set(publishers.values())):
-        topics = ", ".join(topic for topic, own in publishers.items() if own == count)
-        yield f"{count} publishers of {topics}: started twice? Stop all but one"
+    for count, topics in _by_reason(publishers):
+        yield f"{count} publishers of {', '.join(topics)}: started twice? Stop all but one"
 
 
 def _graph_remarks(
