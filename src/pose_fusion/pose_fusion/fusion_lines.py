@@ -107,22 +107,7 @@ def missing_lines(subject: Pipeline) -> Iterator[str]:
 def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
     """How late each camera's tracker is; without IMUs, how late the reference's probably is."""
     if not pipeline.imu_samples:
-        if pipeline.parameters.tracker_delay:
-            return
-        late_s = reference_delay_s(pipeline.clocks)
-        earlier_s = earlier_than_reference_s(pipeline.clocks)
-        if late_s > NOTABLE_S:
-            yield (
-                f"poses: {1e3 * late_s:.0f} ms before the reference's stamps, whose tracker is "
-                "probably late, as another camera seems earlier; its clock may differ instead: "
-                "--tracker-delay says how late it is"
-            )
-        elif earlier_s > NOTABLE_S:
-            yield (
-                "poses: at the reference's stamps, though another camera seems "
-                f"{1e3 * earlier_s:.0f} ms earlier: their clocks differ, or the reference's "
-                "tracker is late by that much (does it smooth?), which --tracker-delay corrects"
-            )
+        yield from filter(None, [reference_delay_line(pipeline)])
         return
     delays_s = pipeline.subject.tracker_delays_s
     for sensor, (delay_s, stddev_s) in delays_s.items():
@@ -141,8 +126,35 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
                 "that smooths, straps that swing), or clocks of the IMUs that differ"
             )
             yield f"tracker of {sensor}: delay not known: {why}"
+    if any(stddev_s < UNKNOWN_DELAY_S for _, stddev_s in delays_s.values()):
+        yield (
+            "delays are relative to the IMUs' stamps: if those are late or on another clock, the "
+            "poses are by as much"
+        )
     if late_s := pipeline.subject.imus_late_s:
         yield f"IMUs: at the end, {1e3 * late_s:.0f} ms later than the frames: see their clocks"
+
+
+def reference_delay_line(pipeline: PeoplePipeline) -> str:
+    """By how much poses without IMUs are before the reference's stamps, or may be late."""
+    if pipeline.imu_samples or pipeline.parameters.tracker_delay:
+        return ""
+    late_s = reference_delay_s(pipeline.clocks)
+    earlier_s = earlier_than_reference_s(pipeline.clocks)
+    if late_s > NOTABLE_S:
+        return (
+            f"poses: {1e3 * late_s:.0f} ms before the reference's stamps, whose tracker is "
+            "probably late, as another camera seems earlier; its clock may differ instead: "
+            "the parameter tracker_delay says how late it is"
+        )
+    if earlier_s > NOTABLE_S:
+        return (
+            "poses: at the reference's stamps, though another camera seems "
+            f"{1e3 * earlier_s:.0f} ms earlier: their clocks differ, or the reference's "
+            "tracker is late by that much (does it smooth?), which the parameter tracker_delay "
+            "corrects"
+        )
+    return ""
 
 
 def body_lines(shape: BodyShape | None) -> Iterator[str]:

@@ -12,6 +12,7 @@ from pose_core.counters import Counters
 from pose_core.fusion.pipeline import Pipeline
 from pose_core.joints import JOINT_INDEX
 from pose_core.stamps import NS_PER_S
+from pose_core.streams.clocks import Clock
 from pose_core.streams.samples import ImuSample, block_of
 from pose_core.streams.stamp_check import StampCheck
 from pose_fusion.nodes.fusion_report import FusionReporter
@@ -235,6 +236,17 @@ def test_imus_are_called_late_only_once_the_delay_is_known(monkeypatch):
         reporter.check()
         message = reporter.report((), {}, {}).message
         assert ("IMUs' samples come about 50 ms later" in message) == is_named
+
+
+def test_without_imus_it_is_said_that_poses_are_before_the_reference_s_stamps():
+    reporter, _ = reporter_of(moving_wearer(3.0)[2])
+    reporter.check()
+    assert "reference's stamps" not in reporter.report((), {}, {}).message
+    reporter._pipeline.use_clocks({"right": Clock(offset_ns=-60_000_000)})
+    report = reporter.report((), {}, {})
+    assert report.message.startswith("tracking; poses: 42 ms before the reference's stamps")
+    assert report.values["reference_delay_ms"] == "42"
+    assert report.level == Level.OK
 
 
 def test_skeletons_that_are_held_back_are_not_called_nobody():

@@ -29,12 +29,13 @@ def test_a_delay_that_may_be_a_clock_s_offset_is_said_to_be_one_of_both():
         clocks={},
         subject=SimpleNamespace(tracker_delays_s=delays_s, imus_late_s=0.0),
     )
-    left, right = delay_lines(pipeline)
+    left, right, relative = delay_lines(pipeline)
     assert left == (
         "tracker of left: delay 168 ± 8 ms: longer than usual, or the IMUs' clock is behind, "
         "which looks alike"
     )
     assert right == "tracker of right: delay 60 ± 8 ms"
+    assert relative.startswith("delays are relative to the IMUs' stamps: if those are late")
 
 
 @pytest.mark.parametrize(

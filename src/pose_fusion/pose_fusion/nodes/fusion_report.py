@@ -6,7 +6,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from pose_core.api import IMUS, PeoplePipeline
+from pose_core.api import IMUS, PeoplePipeline, reference_delay_s
+from pose_fusion.fusion_lines import reference_delay_line
 from pose_fusion.sample_reader import SampleReader
 from pose_fusion.watching.cameras import IMPLAUSIBLE, MISSED_CHECKS, NO_IMUS, UNDECIDED
 from pose_node.node_status import Level, Report
@@ -126,6 +127,7 @@ class FusionReporter:
             *(self._unused_imus() if status in (TRACKING, STARTING) else ()),
             *self._imu_remarks(unheard_imus),
             *self._late_remarks(),
+            *filter(None, [reference_delay_line(self._pipeline)]),
             *_graph_remarks(malformed, lost, self._pipeline.others, unused),
             *(f"IMUs not used: {', '.join(imus)}: {why}" for why, imus in _by_reason(unread_imus)),
         ]
@@ -263,6 +265,7 @@ class FusionReporter:
                 f"tracker_delay_ms/{sensor}": f"{1e3 * delay_s:.0f} ± {1e3 * stddev_s:.0f}"
                 for sensor, (delay_s, stddev_s) in subject.tracker_delays_s.items()
             },
+            **self._reference_delay(),
             "imus": ", ".join(subject.imus.segments) or "none",
             **{
                 f"heading_leapt_deg/{segment}": f"{-np.degrees(heading):.1f}"
@@ -279,6 +282,14 @@ class FusionReporter:
             **{f"people/{name}": count for name, count in pipeline.people_counts.items()},
             **subject.aligner.counters.as_dict("alignment/"),
         }
+
+    def _reference_delay(self) -> dict[str, object]:
+        """By how much the poses are before the reference's stamps [ms], if no IMU measures it."""
+        if self._pipeline.imu_samples:
+            return {}
+        known_s = self._pipeline.parameters.tracker_delay
+        delay_s = known_s or reference_delay_s(self._pipeline.clocks)
+        return {"reference_delay_ms": f"{1e3 * delay_s:.0f}"}
 
     def _clocks(self) -> dict[str, object]:
         """Excluded sources, and corrections of clocks that have jumped."""
