@@ -75,6 +75,23 @@ def test_zhang2015_uses_only_the_first_sensor(session, both_cameras):
     assert {e.stamp_ns for e in left} <= frames
 
 
+def test_zhang2015_tells_imus_that_do_not_fit_from_those_that_do_not_move():
+    _, _, skeletons, imus = moving_wearer(30.0)
+    first = {sample.segment: sample for sample in reversed(imus)}
+    exchanged = {"left_shank": "left_forearm", "left_forearm": "left_shank"}
+    imus = [
+        replace(first["torso"], stamp_ns=sample.stamp_ns)
+        if sample.segment == "torso"
+        else replace(sample, segment=exchanged.get(sample.segment, sample.segment))
+        for sample in imus
+    ]
+    pipeline, _ = run(merged(skeletons, imus))
+    reasons = {use.segment: use.reason for use in pipeline.imu_uses}
+    assert "it has not turned by 8° yet" in reasons["torso"]
+    assert "does not fit this segment" in reasons["left_shank"]
+    assert not reasons["left_thigh"]
+
+
 def test_li2020_reports_every_imu_as_unused(session):
     _, _, skeletons, imus = session
     pipeline, _ = run(merged(skeletons[:200], imus[:500]), "li2020")

@@ -3,8 +3,6 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from pose_core.arrays import FloatArray
 from pose_core.body.model import BodyModel
 from pose_core.filter.state import NO_COLUMN
@@ -13,7 +11,6 @@ from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_alignment import SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 
-MOVED = np.cos(np.radians(8.0))  # [-] cosine of the angle from which on a sensor has moved
 MAX_SETS = 100  # [-] of IMUs that had samples at one instant, which are remembered
 
 
@@ -38,11 +35,10 @@ class WornImu:
         return self.use.exchanged_with or self.use.segment
 
     def note_orientation(self, R_world_sensor: FloatArray) -> None:
-        """Find out whether it moves: one that lies on a table fits a segment at rest."""
+        """Find out whether it moves."""
         if self.R_world_first is None:
             self.R_world_first = R_world_sensor.copy()
-        trace = np.einsum("ij,ij", R_world_sensor, self.R_world_first)
-        self.use.has_moved |= bool(trace < 1.0 + 2.0 * MOVED)
+        self.use.note_orientation(self.R_world_first, R_world_sensor)
 
     def has_slipped(self, imus: ImuMeasurements) -> bool:
         """Whether it has slipped since its last realignment."""

@@ -30,6 +30,7 @@ class AttitudeAligner:
         self._alignments: dict[str, SegmentAlignment] = {}
         self._found: dict[str, Alignment] = {}
         self._uses: dict[str, ImuUse] = {}
+        self._R_world_first: dict[str, FloatArray] = {}  # each IMU's first orientation, (3, 3)
         self._sensor_to_segment: Mapping[str, SensorToSegment] = {}
         self._observed_ns: int | None = None
         self._solved_ns = 0
@@ -67,18 +68,21 @@ class AttitudeAligner:
             R = R_map_links[self._model.link_index[link]]
             covariance = R @ np.diag(np.square([AXIS_STDDEV, AXIS_STDDEV, TURN_STDDEV])) @ R.T
             own = self._alignments.setdefault(segment, SegmentAlignment())
-            rate = imus.angular_velocity[row]
-            own.observe(dt_s, imus.R_world_sensor[row], R, covariance, rate)
+            R_world_sensor, rate = imus.R_world_sensor[row], imus.angular_velocity[row]
+            first = self._R_world_first.setdefault(segment, R_world_sensor.copy())
+            use.note_orientation(first, R_world_sensor)
+            own.observe(dt_s, R_world_sensor, R, covariance, rate)
         if stamp_ns - self._solved_ns >= SOLVE_PERIOD_NS:
             self._solved_ns = stamp_ns
             for segment, own in self._alignments.items():
                 self._solve(stamp_ns, segment, own)
 
     def _solve(self, stamp_ns: int, segment: str, own: SegmentAlignment) -> None:
-        found = own.solve(self._sensor_to_segment.get(segment))
+        use, found = self._uses[segment], own.solve(self._sensor_to_segment.get(segment))
+        use.does_not_fit = own.does_not_fit
         if found is None:
             return
-        use, self._found[segment] = self._uses[segment], found
+        self._found[segment] = found
         if not use.is_aligned:
             use.note_aligned(stamp_ns)
         use.note_variance(np.diag(found.covariance))

@@ -9,6 +9,7 @@ from pose_core.stamps import NS_PER_S
 
 NOISY = 5.0  # [-] factor of its noise from which an IMU is named
 MOST_SHOWN = 8  # [-] alignments
+MOVED = np.cos(np.radians(8.0))  # [-] cosine of the angle from which on a sensor has moved
 DRIFTING = np.radians(1.0)  # [rad/s] the same of its heading's drift
 
 
@@ -34,6 +35,16 @@ class ImuUse:
     exchanged_with: str = ""  # the segment on which it is worn and used, if not its own
     refused: str = ""  # why the estimator cannot use it at all, and what to do
     remark: str = ""  # what is wrong with its samples, what is used instead, and its silences
+
+    def note_orientation(self, R_world_first: FloatArray, R_world_sensor: FloatArray) -> None:
+        """Find out whether it moves: one that lies on a table fits a segment at rest.
+
+        Args:
+            R_world_first: Its orientation when it was first heard, (3, 3).
+            R_world_sensor: Its orientation now, (3, 3).
+        """
+        trace = np.einsum("ij,ij", R_world_sensor, R_world_first)
+        self.has_moved |= bool(trace < 1.0 + 2.0 * MOVED)
 
     def note_aligned(self, stamp_ns: int) -> None:
         """Note that it is used from an instant [ns] on."""
