@@ -24,14 +24,13 @@ def unseen_line(
         end_ns: End of the recording [ns].
 
     Returns:
-        One line; empty if there is no such time, and for estimates without cameras.
+        One line; empty if there is no such time. Estimates that never rest on cameras only begin.
     """
     seen = np.flatnonzero(sources & BY_KINECT)
-    if not len(seen):
-        return ""
     first_s = (stamps_ns[0] - begin_ns) / NS_PER_S
     late = f"the first pose is of {first_s:.1f} s" if first_s > LATE_START_S else ""
-    return "; ".join(filter(None, (late, _gaps(stamps_ns, sources, seen, begin_ns, end_ns))))
+    gaps = _gaps(stamps_ns, sources, seen, begin_ns, end_ns) if len(seen) else ""
+    return "; ".join(filter(None, (late, gaps)))
 
 
 def _gaps(

@@ -55,5 +55,6 @@ def test_a_late_first_pose_is_said():
     )
 
 
-def test_estimates_that_never_rest_on_cameras_have_no_such_time():
+def test_estimates_that_never_rest_on_cameras_have_no_such_time_but_may_begin_late():
     assert not line_of([(0.0, 20.0, 2)])
+    assert line_of([(0.0, 12.0, None), (12.0, 20.0, 2)]) == "the first pose is of 12.0 s"

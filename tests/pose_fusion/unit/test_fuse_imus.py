@@ -73,6 +73,15 @@ def test_the_imu_estimator_reports_missing_imus(tmp_path, monkeypatch):
         fuse.run()
 
 
+def test_the_imu_estimator_without_a_pose_says_which_imus_the_cameras_could_not_align(
+    bag, tmp_path, monkeypatch
+):
+    arguments = ["fuse", str(bag), str(tmp_path / "out"), "--estimator", "imu"]
+    monkeypatch.setattr(sys, "argv", arguments)
+    with pytest.raises(InputError, match=f"gave no pose: .* IMU {LIES}: not used, it has not"):
+        fuse.run()
+
+
 def test_imus_whose_orientations_are_all_inverse_do_not_change_the_result(tmp_path, monkeypatch):
     _, _, skeletons, imus = moving_wearer(DURATION_S)
     inverse = [replace(s, orientation=s.orientation * [-1, -1, -1, 1]) for s in imus]

@@ -278,7 +278,7 @@ class DefaultEstimator(StepwiseEstimator):
         frames: list[CameraFrame] = []
         result = StepResult(True, 0, float("nan"), float("nan"))
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
-            if not any(joints) or not self._uses_cameras():
+            if not any(joints) or not self._uses_cameras(imus.segments):
                 continue
             frame, cause = self._frame(observation, sensor)
             if cause and self._start_at(observation, nan_mean(observation.positions), cause):
@@ -316,6 +316,11 @@ class DefaultEstimator(StepwiseEstimator):
         self.counters.add("sides_swapped", swaps)
         return frame, self._checks.check_sides(measured, swaps, self._filter.state)
 
-    def _uses_cameras(self) -> bool:
-        """Whether the filter uses the cameras' frames."""
+    def _uses_cameras(self, segments: Sequence[str]) -> bool:
+        """Whether the filter uses the cameras' frames.
+
+        Args:
+            segments: Of the IMUs with samples at the frame's instant.
+        """
+        del segments
         return True

@@ -180,6 +180,9 @@ def _reason_for_no_pose(pipeline: PeoplePipeline) -> str:
             "holds no IMU's orientations (imu_<segment>/data), which the estimator imu needs: "
             "use default"
         )
+    if parameters.estimator == "imu" and pipeline.status == "tracking":
+        unused = "; ".join(f"IMU {use}" for use in pipeline.subject.imu_uses if use.reason)
+        return f"gave no pose: the cameras were needed up to its end to align the IMUs: {unused}"
     if pipeline.status.startswith("nobody is chosen"):
         return (
             f"gave no pose ({pipeline.status}): --person is first, nearest, imus, or the id by "
