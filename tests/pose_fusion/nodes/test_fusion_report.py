@@ -278,7 +278,7 @@ def test_frames_that_always_come_too_late_are_named():
         reporter._pipeline.add([right[k - 10]])
         if k % 15 == 0:
             reporter.check()
-    assert "frames of cameras come after samples" in reporter.report((), {}, {}).message
+    assert "frames of cameras come too long after newer ones" in reporter.report((), {}, {}).message
 
 
 def test_joints_that_a_camera_holds_are_named():

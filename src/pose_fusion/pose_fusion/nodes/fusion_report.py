@@ -242,7 +242,7 @@ class FusionReporter:
 
     def _late_remarks(self) -> Iterator[str]:
         if self._late_checks > MISSED_CHECKS:
-            what = "after samples that are 0.1 s newer, and are not used"
+            what = "too long after newer ones (0.2 s, at first 0.03 s), and are not used"
             yield f"frames of cameras come {what}: check their machines' load and clocks"
         if late_s := self._pipeline.subject.imus_late_s:
             late = f"about {1000.0 * late_s:.0f} ms later than the cameras' frames"
