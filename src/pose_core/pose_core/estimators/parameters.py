@@ -56,6 +56,6 @@ class PipelineParameters:
         unit="s",
         limits=(0.0, 0.2),
         doc="known delay of the Kinects' joints relative to their stamps; with IMUs it is the"
-        " prior mean for the default estimator's estimate of each tracker's delay; 0: what the"
-        " offsets between the cameras tell, up to 45 ms",
+        " prior mean for the default estimator's estimate of each tracker's delay; 0: not"
+        " known, taken from the offsets between the cameras, up to 45 ms; known to be none: 0.001",
     )
