@@ -9,6 +9,7 @@ from pose_core.api import (
     PeoplePipeline,
     Pipeline,
     earlier_than_reference_s,
+    estimator_class,
     reference_delay_s,
 )
 from pose_core.stamps import NS_PER_S
@@ -135,9 +136,15 @@ def delay_lines(pipeline: PeoplePipeline) -> Iterator[str]:
         yield f"IMUs: at the end, {1e3 * late_s:.0f} ms later than the frames: see their clocks"
 
 
+def assumes_delay(pipeline: PeoplePipeline) -> bool:
+    """Whether the estimator corrects a delay of the trackers that no IMU measures."""
+    corrects = estimator_class(pipeline.parameters.estimator).ALIGNS_IMUS  # the default's alone
+    return corrects and not pipeline.imu_samples
+
+
 def reference_delay_line(pipeline: PeoplePipeline) -> str:
     """By how much poses without IMUs are before the reference's stamps, or may be late."""
-    if pipeline.imu_samples or pipeline.parameters.tracker_delay:
+    if pipeline.parameters.tracker_delay or not assumes_delay(pipeline):
         return ""
     late_s = reference_delay_s(pipeline.clocks)
     earlier_s = earlier_than_reference_s(pipeline.clocks)

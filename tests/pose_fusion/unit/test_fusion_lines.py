@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from pose_core.estimators.parameters import PipelineParameters
 from pose_core.streams.clocks import Clock
 from pose_fusion.fusion_lines import delay_lines, fault_lines
 
@@ -39,19 +40,20 @@ def test_a_delay_that_may_be_a_clock_s_offset_is_said_to_be_one_of_both():
 
 
 @pytest.mark.parametrize(
-    ("ahead_ms", "tracker_delay", "begin"),
+    ("ahead_ms", "given", "begin"),
     [
-        (-60, 0.0, "poses: 42 ms before the reference's stamps, whose tracker is probably late"),
-        (-146, 0.0, "poses: at the reference's stamps, though another camera seems 146 ms earlier"),
-        (-146, 0.15, ""),
-        (146, 0.0, ""),
+        (-60, {}, "poses: 42 ms before the reference's stamps, whose tracker is probably late"),
+        (-146, {}, "poses: at the reference's stamps, though another camera seems 146 ms earlier"),
+        (-146, {"tracker_delay": 0.15}, ""),
+        (-60, {"estimator": "li2020"}, ""),
+        (146, {}, ""),
     ],
 )
-def test_without_imus_a_camera_that_seems_earlier_is_named(ahead_ms, tracker_delay, begin):
+def test_without_imus_a_camera_that_seems_earlier_is_named(ahead_ms, given, begin):
     pipeline = SimpleNamespace(
         imu_samples=0,
         clocks={"right": Clock(offset_ns=ahead_ms * 1_000_000)},
-        parameters=SimpleNamespace(tracker_delay=tracker_delay),
+        parameters=PipelineParameters(**given),
     )
     lines = list(delay_lines(pipeline))
     assert len(lines) == bool(begin)

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from pose_core.api import IMUS, PeoplePipeline, reference_delay_s
-from pose_fusion.fusion_lines import reference_delay_line
+from pose_fusion.fusion_lines import assumes_delay, reference_delay_line
 from pose_fusion.sample_reader import SampleReader
 from pose_fusion.watching.cameras import IMPLAUSIBLE, MISSED_CHECKS, NO_IMUS, UNDECIDED
 from pose_node.node_status import Level, Report
@@ -285,7 +285,7 @@ class FusionReporter:
 
     def _reference_delay(self) -> dict[str, object]:
         """By how much the poses are before the reference's stamps [ms], if no IMU measures it."""
-        if self._pipeline.imu_samples:
+        if not assumes_delay(self._pipeline):
             return {}
         known_s = self._pipeline.parameters.tracker_delay
         delay_s = known_s or reference_delay_s(self._pipeline.clocks)
