@@ -27,19 +27,24 @@ def imu(sample):
     )
 
 
-def comment(stamp_ns, text):
-    """What kinect_bridge repeats of its recording in its diagnostics."""
-    pair = MAKE.make("diagnostic_msgs/KeyValue", key="comment", value=text)
+def diagnostics(stamp_ns, name, values):
+    """A node's report, its values by key."""
+    pairs = [MAKE.make("diagnostic_msgs/KeyValue", key=k, value=v) for k, v in values.items()]
     status = MAKE.make(
         "diagnostic_msgs/DiagnosticStatus",
         level=0,
-        name="/kinect_left",
+        name=name,
         message="",
         hardware_id="",
-        values=[pair],
+        values=pairs,
     )
     header = MAKE.header(int(stamp_ns))
     return MAKE.make("diagnostic_msgs/DiagnosticArray", header=header, status=[status])
+
+
+def comment(stamp_ns, text):
+    """What kinect_bridge repeats of its recording in its diagnostics."""
+    return diagnostics(stamp_ns, "/kinect_left", {"comment": text})
 
 
 def write_session(path, samples, T_map_sensor=None, text=SYNTHETIC):

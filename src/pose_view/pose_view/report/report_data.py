@@ -1,9 +1,8 @@
 """One bag, read for the report: its methods, and the chosen estimators run over its streams."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,8 @@ from pose_io.bag_samples import BagSamples, read_estimates
 from pose_io.bags import BagReader, Progress
 from pose_io.names import FUSE_STATUS
 from pose_io.topics import imu_topics, sensor_topics
+from pose_node.node_status import NodeStatus
+from pose_view.recorded_imus import read_statuses, recorded_imus
 
 PREFERRED = (FUSED, "default+imus", "default", "li2020", "joint_kf", MEAN)
 ALL = "all"  # selects all methods
@@ -42,7 +43,7 @@ class ReportData:
     focus: str  # the method of figures for a single method
     notes: tuple[str, ...] = field(default=())  # remarks on missing results
     said: tuple[str, ...] = ()  # by ./pose fuse, which made the bag
-    unused_imus: tuple[str, ...] = ()  # segments whose IMU no method could use
+    unused_imus: tuple[str, ...] = ()  # segments or topics, of IMUs that a method could not use
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -90,7 +91,11 @@ def read_report_data(
         InputError: If a method is unknown, or no person is tracked.
     """
     segments = tuple(imu_topics(bag))
+    statuses = read_statuses(bag)
     estimated = _estimate(bag, wanted, bool(segments), find_extrinsics, progress)
+    unused = recorded_imus(bag, statuses, wanted.body).unused
+    estimated.notes += [f"{FUSED}: IMU {name}: {why}." for name, why in unused.items()]
+    estimated.unused_imus = tuple(dict.fromkeys([*unused, *estimated.unused_imus]))
     whole = _span(estimated.methods)
     methods = _cut(estimated.methods, wanted, whole[0])
     if not methods:
@@ -107,7 +112,7 @@ def read_report_data(
         name=wanted.name,
         begin_ns=begin_ns,
         duration_s=(end_ns - begin_ns) * 1e-9,
-        comment=comment_of(bag),
+        comment=comment_of(statuses),
         views=_cut(estimated.views, wanted, whole[0]),
         segments=segments,
         T_map_sensor=estimated.T_map_sensor,
@@ -119,7 +124,7 @@ def read_report_data(
         },
         focus=wanted.focus if wanted.focus in methods else preferred(list(methods)),
         notes=tuple(estimated.notes),
-        said=() if estimated.views else _said_by_fuse(bag),
+        said=() if estimated.views else _said_by_fuse(statuses),
         unused_imus=estimated.unused_imus,
     )
 
@@ -135,23 +140,16 @@ def preferred(names: Sequence[str]) -> str:
     return next((name for name in PREFERRED if name in names), names[0])
 
 
-def comment_of(bag: BagReader) -> str:
+def comment_of(statuses: Sequence[NodeStatus]) -> str:
     """Comment of the source of a bag's skeletons, from its bridge's report."""
-    for status in _statuses(bag):
-        for pair in status.values:
-            if pair.key == COMMENT_KEY and pair.value:
-                return str(pair.value)
-    return ""
+    comments = (status.values.get(COMMENT_KEY, "") for status in statuses)
+    return next(filter(None, comments), "")
 
 
-def _said_by_fuse(bag: BagReader) -> tuple[str, ...]:
-    said = (status.values for status in _statuses(bag) if status.name == FUSE_STATUS)
-    return tuple(pair.value for values in said for pair in values)
-
-
-def _statuses(bag: BagReader) -> Iterator[Any]:
-    for message in bag.messages(bag.topics_of_type("diagnostic_msgs/msg/DiagnosticArray")):
-        yield from bag.deserialize(message).status
+def _said_by_fuse(statuses: Sequence[NodeStatus]) -> tuple[str, ...]:
+    return tuple(
+        line for status in statuses if status.name == FUSE_STATUS for line in status.values.values()
+    )
 
 
 @dataclass(kw_only=True)

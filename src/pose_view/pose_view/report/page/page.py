@@ -14,7 +14,7 @@ from pose_evaluation.agreement import ViewAgreement
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.offline import IMU_ENDING
 from pose_evaluation.table import Table, number
-from pose_evaluation.tables import method_label
+from pose_evaluation.tables import method_label, readable
 from pose_evaluation.unseen import unseen_line
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import METHODS, FigureSet, group_of, method_style
@@ -118,11 +118,11 @@ def _what_to_do(analysis: Analysis, view: ViewAgreement | None) -> str:
             f"{nearer} is nearer to the reference than {method_label(recording.focus)}: look at "
             "the mean errors, which differ where joints are defined differently."
         )
+    if recording.unused_imus:
+        names = ", ".join(n if "/" in n else readable(n) for n in recording.unused_imus)
+        return f"Look at the IMUs that are not used ({names}): the notes say why."
     if not recording.sensors:
         return f"To compare the views, record or keep the {RAW} beside the fused pose."
-    if recording.unused_imus:
-        names = ", ".join(name.replace("_", " ") for name in recording.unused_imus)
-        return f"Look at the IMUs that are not used ({names}): the notes say why."
     if not recording.segments:
         return "Nothing has to be done; worn IMUs would improve the angles most."
     return "Nothing has to be done."
