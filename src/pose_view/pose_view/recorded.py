@@ -2,20 +2,21 @@
 
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from operator import itemgetter
 from typing import Any, TypeVar
 
-from pose_core.api import FloatArray, SkeletonSample
+from pose_core.api import FloatArray, ImuUse, SkeletonSample
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_io.bag_samples import read_extrinsics
 from pose_io.bags import BagReader, Progress
 from pose_io.names import BODIES
 from pose_io.skeleton_messages import skeleton_samples
-from pose_io.topics import body_topics, sensor_topics
+from pose_io.topics import body_topics, imu_topics, sensor_topics
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations
+from pose_view.recorded_imus import read_statuses, recorded_imus
 from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot
 
 T = TypeVar("T")
@@ -55,7 +56,13 @@ class Recorded:
         self.raw: dict[str, Stamped[tuple[SkeletonSample, ...]]] = defaultdict(list)
         self._dof: dict[tuple[str, int], DofSnapshot] = {}
         self._rotations: dict[tuple[str, int], dict[str, FloatArray]] = {}
-        self.imus: tuple[str, ...] = ()
+        said = recorded_imus(bag, read_statuses(bag))
+        self.remarks = [f"IMU {name}: {why}" for name, why in said.unused.items()]
+        """Lines on IMUs that are not used or faulty, bodies that are absent, samples left out."""
+        self._named_imus = set(said.unused)
+        self._used_from_ns = dict(said.used_from_ns)
+        sent = {name for name, topic in imu_topics(bag).items() if bag.topics[topic].count}
+        self.has_imus = bool(sent or self._used_from_ns)
         self._read(bag, progress or (lambda _: None))
         if not self.bodies and not self.raw:
             raise InputError(
@@ -77,11 +84,22 @@ class Recorded:
         """Add a body that was not recorded."""
         self.bodies[body] = [(s.stamp_ns, s) for s in snapshots]
 
+    def add_imu_uses(self, body: str, uses: Iterable[ImuUse]) -> None:
+        """Add the state of use of the IMUs at the end of a body's computation; names each once."""
+        for use in uses:
+            if (use.reason or use.remark) and use.segment not in self._named_imus:
+                self._named_imus.add(use.segment)
+                self.remarks.append(f"{body}: IMU {use}")
+            if use.is_aligned:
+                first_ns = min(use.alignments_ns, default=use.start_ns)
+                self._used_from_ns.setdefault(use.segment, first_ns)
+
     def snapshot(self, time_s: float) -> Snapshot:
         """The snapshot at a time after the start [s]."""
         now_ns = self.start_ns + round(time_s * NS_PER_S)
         bodies, raw = latest(self.bodies, now_ns), latest(self.raw, now_ns)
-        return Snapshot(bodies=bodies, sensors=self.sensors, raw=raw, imus=self.imus)
+        imus = tuple(name for name, from_ns in self._used_from_ns.items() if from_ns <= now_ns)
+        return Snapshot(bodies=bodies, sensors=self.sensors, raw=raw, imus=imus)
 
     def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
         """History of one body between two times after the start [s]."""

@@ -1,6 +1,6 @@
 """What the fusion that made a bag's bodies said about their IMUs."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pose_core.joints import SEGMENTS
@@ -17,7 +17,7 @@ NOT_USED = "not used"
 class RecordedImus:
     """State of use of the IMUs, by segment or, without one, by topic."""
 
-    used_from_ns: Mapping[str, int]  # [ns] of those used at the end: the first report of it
+    used_from_ns: Mapping[str, int]  # [ns] of those used at the end; 0 if their bag does not say
     unused: Mapping[str, str]  # why, of those not used at the end
 
 
@@ -35,7 +35,7 @@ def read_statuses(bag: BagReader) -> list[NodeStatus]:
     ]
 
 
-def recorded_imus(bag: BagReader, statuses: list[NodeStatus], body: str = "") -> RecordedImus:
+def recorded_imus(bag: BagReader, statuses: Sequence[NodeStatus], body: str = "") -> RecordedImus:
     """State of use of the IMUs by a body's fusion; empty if the bag does not hold its reports.
 
     Args:
@@ -50,7 +50,8 @@ def recorded_imus(bag: BagReader, statuses: list[NodeStatus], body: str = "") ->
     for report in reports:
         uses = _uses(report)
         used = [name for name, text in uses.items() if not text.startswith(NOT_USED)]
-        used_from_ns = {name: used_from_ns.get(name, report.received_ns) for name in used}
+        stamp_ns = 0 if report.name == FUSE_STATUS else report.received_ns
+        used_from_ns = {name: used_from_ns.get(name, stamp_ns) for name in used}
     unused = {name: text for name, text in uses.items() if name not in used_from_ns}
     if reports:
         heard = {name: topic for name, topic in imu_topics(bag).items() if name not in uses}

@@ -75,10 +75,13 @@ def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded, monk
         missing = missing_bodies(recorded, BODIES, bag)
         extrinsics = extrinsics_from_map(recorded.sensors)
         fusion = PipelineParameters(sensors=extrinsics.sensors, subject="subject_kinect")
-        computed, left_out = compute_bodies(bag, "kinect", fusion, extrinsics, lambda share: None)
+        computed, uses, left_out = compute_bodies(
+            bag, "kinect", fusion, extrinsics, lambda share: None
+        )
 
-    assert left_out == ("IMU torso: 5 samples left out",)
-    assert missing == {"subject_kinect": "kinect"}  # there are no IMUs in it
+    assert uses == ()  # there are no IMUs in it
+    assert left_out == ["IMU torso: 5 samples left out"]
+    assert missing == {"subject_kinect": "kinect"}
     snapshots = computed["subject_kinect"]
     assert len(snapshots) > 60
     last = snapshots[-1]

@@ -13,7 +13,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import Progress
 
-from pose_core.api import EstimateBlock, Extrinsics, PeoplePipeline, PipelineParameters
+from pose_core.api import EstimateBlock, Extrinsics, ImuUse, PeoplePipeline, PipelineParameters
 from pose_core.errors import PoseError
 from pose_core.parameters import add_arguments, from_arguments
 from pose_fusion.session_extrinsics import find_extrinsics
@@ -66,7 +66,7 @@ def compute_bodies(
     parameters: PipelineParameters,
     extrinsics: Extrinsics,
     progress: Callable[[float], None],
-) -> tuple[dict[str, list[BodySnapshot]], Sequence[str]]:
+) -> tuple[dict[str, list[BodySnapshot]], Sequence[ImuUse], Sequence[str]]:
     """Run the fusion over a bag.
 
     Args:
@@ -77,7 +77,7 @@ def compute_bodies(
         progress: Called with the fraction done, 0 to 1.
 
     Returns:
-        Snapshots by body, and lines about samples that were left out.
+        Snapshots by body, how the subject's IMUs were used, and lines about what is left out.
 
     Raises:
         PoseError: If the fusion fails.
@@ -92,9 +92,11 @@ def compute_bodies(
     for each in frames:
         pipeline.add(each)
     pipeline.flush()
+    lines = [*frames.left_out]
     if not bodies:
-        raise PoseError(pipeline.status)
-    return bodies, frames.left_out
+        why = "no IMU could be used" if pipeline.status == "tracking" else pipeline.status
+        lines.append(f"without {parameters.subject}: {why}")
+    return bodies, pipeline.subject.imu_uses, lines
 
 
 def main() -> None:
@@ -138,33 +140,45 @@ def read(
     console = Console(stderr=True)
     with open_bag(path) as bag, Progress(console=console, transient=True) as progress:
         recorded = Recorded(bag, add_share(progress, "reading"))
-        missing = missing_bodies(recorded, bodies, bag)
-        if not missing:
-            return recorded
-        fusion = PipelineParameters(sensors=tuple(sensor_topics(bag)), person=person)
-        try:
-            say = partial(console.print, soft_wrap=True)
-            extrinsics = find_extrinsics(bag, fusion.sensors, say)
-        except PoseError as error:
-            print(f"without {', '.join(missing)}: {error}", file=sys.stderr)
-            return recorded
-        recorded.sensors = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
-        noted: dict[str, None] = {}  # lines that each computation repeats
-        for body, kind in missing.items():
-            people = max_people if kind == FUSED else 1
-            chosen = replace(fusion, subject=body, max_people=people)
-            show = add_share(progress, f"computing {body}")
-            try:
-                computed, left_out = compute_bodies(bag, kind, chosen, extrinsics, show)
-            except PoseError as error:
-                print(f"without {body}: {error}", file=sys.stderr)
-                continue
-            noted |= dict.fromkeys(left_out)
-            for found, snapshots in computed.items():
-                recorded.add_body(found, snapshots)
-        for line in noted:
-            print(line, file=sys.stderr)
+        if missing := missing_bodies(recorded, bodies, bag):
+            sensors = tuple(sensor_topics(bag))
+            fusion = PipelineParameters(sensors=sensors, person=person, max_people=max_people)
+            _compute(recorded, missing, bag, fusion, progress, console)
+    recorded.remarks = list(dict.fromkeys(recorded.remarks))  # each computation repeats some
+    for line in recorded.remarks:
+        print(line, file=sys.stderr)
     return recorded
+
+
+def _compute(
+    recorded: Recorded,
+    missing: Mapping[str, str],
+    bag: BagReader,
+    fusion: PipelineParameters,
+    progress: Progress,
+    console: Console,
+) -> None:
+    """Add the missing bodies to a recording, or remarks why not."""
+    try:
+        say = partial(console.print, soft_wrap=True)
+        extrinsics = find_extrinsics(bag, fusion.sensors, say)
+    except PoseError as error:
+        recorded.remarks.append(f"without {', '.join(missing)}: {error}")
+        return
+    recorded.sensors = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
+    for body, kind in missing.items():
+        people = fusion.max_people if kind == FUSED else 1
+        chosen = replace(fusion, subject=body, max_people=people)
+        show = add_share(progress, f"computing {body}")
+        try:
+            computed, uses, left_out = compute_bodies(bag, kind, chosen, extrinsics, show)
+        except PoseError as error:
+            recorded.remarks.append(f"without {body}: {error}")
+            continue
+        recorded.remarks += left_out
+        recorded.add_imu_uses(body, uses)
+        for found, snapshots in computed.items():
+            recorded.add_body(found, snapshots)
 
 
 def _play(viewer: Viewer, recorded: Recorded, rate: float) -> None:

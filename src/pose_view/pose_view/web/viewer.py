@@ -8,8 +8,10 @@ import numpy as np
 import viser
 from viser import GuiCheckboxHandle
 
+from pose_node.node_status import Level
 from pose_view.body.joint_marks import CERTAIN, COLORS, LEGEND, PALE, UNCERTAIN
 from pose_view.parameters import ViewParameters
+from pose_view.plain_words import StatusLine, as_html
 from pose_view.recorded import Recorded
 from pose_view.robot import JointTrack
 from pose_view.snapshot import Snapshot
@@ -51,10 +53,15 @@ def _absent_texts(places: list[BodyPanel], recorded: Recorded | None) -> dict[st
     """What the title of each body says as long as it has no data, by id."""
     if recorded is None:
         return {place.body: "nothing yet" for place in places}
-    missing = "not recorded" if recorded.imus else "no IMUs recorded"
+    missing = "not recorded" if recorded.has_imus else "no IMUs recorded"
     return {
         place.body: "no pose yet" if place.body in recorded.bodies else missing for place in places
     }
+
+
+def _warning(remark: str) -> StatusLine:
+    title, _, text = remark.partition(": ")
+    return StatusLine(level=Level.WARN, title=title, text=text)
 
 
 def _dot(color: tuple, size: float = 0.85) -> str:
@@ -91,6 +98,9 @@ class Viewer:
         self.playback = self.graph = None
         if recorded is not None:
             self.playback = PlaybackPanel(self.server, recorded.path, recorded.duration_s)
+            if recorded.remarks:
+                with gui.add_folder("Remarks"):
+                    gui.add_html(as_html(map(_warning, recorded.remarks)))
         if commands is not None:
             self.graph = GraphPanel(self.server, commands)
         gui.add_html(legend_html() + PHONE_STYLE)
