@@ -23,6 +23,11 @@ def rows_of(table: Table, chosen: slice | NDArray[Any]) -> Table:
     return rows
 
 
+def rows_between(table: Table, begin_ns: int, end_ns: int) -> Table:
+    """The rows whose ``stamps_ns`` are from ``begin_ns`` to ``end_ns`` [ns], inclusive."""
+    return rows_of(table, (table.stamps_ns >= begin_ns) & (table.stamps_ns <= end_ns))
+
+
 def unit_vectors(vectors: FloatArray) -> FloatArray:
     """Directions of vectors along the last axis; NaN where a vector is zero or NaN."""
     with np.errstate(invalid="ignore", divide="ignore"):

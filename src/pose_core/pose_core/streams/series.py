@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.arrays import FloatArray, rows_of
+from pose_core.arrays import FloatArray, rows_between
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import SkeletonSample
 from pose_core.transforms import transformed
@@ -53,8 +53,7 @@ class SkeletonSeries:
 
     def between(self, begin_ns: int, end_ns: int) -> "SkeletonSeries":
         """The samples with stamps [ns] from ``begin_ns`` to ``end_ns``, inclusive."""
-        inside = (self.stamps_ns >= begin_ns) & (self.stamps_ns <= end_ns)
-        return rows_of(self, inside)
+        return rows_between(self, begin_ns, end_ns)
 
     def at(self, stamps_ns: IntArray, max_gap_s: float = MAX_GAP_S) -> FloatArray:
         """Joint positions at other instants, by linear interpolation, never by extrapolation.

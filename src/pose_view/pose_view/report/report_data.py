@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pose_core.api import EstimateSeries, Extrinsics, FloatArray, SkeletonSeries
-from pose_core.arrays import rows_of
+from pose_core.arrays import rows_between
 from pose_core.errors import InputError, PoseError
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
 from pose_evaluation.offline import IMU_ENDING, known_setups, run_methods
@@ -118,7 +118,7 @@ def read_report_data(
         T_map_sensor=estimated.T_map_sensor,
         methods=methods,
         estimates={
-            name: _cut_estimates(each, begin_ns, end_ns)
+            name: rows_between(each, begin_ns, end_ns)
             for name, each in estimated.estimates.items()
             if name in methods and len(each.stamps_ns)
         },
@@ -234,11 +234,6 @@ def _cut(
     end_ns = zero_ns + round(min(wanted.until_s, MAX_DURATION_S) * 1e9)
     cut = {name: series.between(begin_ns, end_ns) for name, series in methods.items()}
     return {name: series for name, series in cut.items() if len(series) > 1}
-
-
-def _cut_estimates(estimates: EstimateSeries, begin_ns: int, end_ns: int) -> EstimateSeries:
-    inside = (estimates.stamps_ns >= begin_ns) & (estimates.stamps_ns <= end_ns)
-    return rows_of(estimates, inside)
 
 
 def seconds(stamps_ns: np.ndarray, begin_ns: int) -> FloatArray:
