@@ -28,6 +28,7 @@ IMU_ALONE = "imu"
 RAW = (MEAN, "left", "right")  # estimators without a filter, which the tables already contain
 NEED_IMUS = (IMU_ALONE, "zhang2015")  # estimators that are run with the IMUs only
 WITH_IMUS = ("default", "ukf")  # estimators that are run with the IMUs, too
+ALIASES = ("ukf",)  # another name of the default
 IMU_ENDING = "+imus"
 
 

@@ -16,7 +16,7 @@ from pose_io.skeleton_messages import skeleton_samples
 from pose_io.topics import body_topics, imu_topics, sensor_topics
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations
-from pose_view.recorded_imus import read_statuses, recorded_imus
+from pose_view.recorded_fusion import read_statuses, recorded_fusion
 from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot
 
 T = TypeVar("T")
@@ -56,7 +56,7 @@ class Recorded:
         self.raw: dict[str, Stamped[tuple[SkeletonSample, ...]]] = defaultdict(list)
         self._dof: dict[tuple[str, int], DofSnapshot] = {}
         self._rotations: dict[tuple[str, int], dict[str, FloatArray]] = {}
-        said = recorded_imus(bag, read_statuses(bag))
+        said = recorded_fusion(bag, read_statuses(bag))
         self.remarks = [f"IMU {name}: {why}" for name, why in said.unused.items()]
         """Lines on IMUs that are not used or faulty, bodies that are absent, samples left out."""
         self._named_imus = set(said.unused)

@@ -9,17 +9,25 @@ from session_bag import MAKE, write_session
 
 from pose_calibration.geometry.rigid_transform import CalibrationError
 from pose_core.api import load_body_model
+from pose_core.arrays import rows_of
 from pose_core.errors import InputError
+from pose_core.estimators import ESTIMATORS
+from pose_core.joints import JOINT_INDEX
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.streams.samples import SkeletonSample
-from pose_evaluation.offline import IMU_ENDING, known_setups
+from pose_evaluation.offline import ALIASES, IMU_ENDING, known_setups
 from pose_evaluation.tables import view_tables
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.references.reference import reference_of_skeleton
 from pose_view.report.analysis import analyse
 from pose_view.report.figures.canvas import thinned
-from pose_view.report.figures.courses import attitude_figures, attitude_sources, joint_figures
+from pose_view.report.figures.courses import (
+    attitude_figures,
+    attitude_sources,
+    joint_figures,
+    occlusions,
+)
 from pose_view.report.page.page import RAW, facts, notes, render_page, verdict
 from pose_view.report.report_data import Wanted, preferred, read_report_data
 
@@ -184,9 +192,31 @@ def test_pitch_and_yaw_are_shown_by_kinect_by_imus_and_fused(two):
     recording = read(two, "left", "mean")
     as_if = dict.fromkeys(("imu", "default+imus"), recording.methods["mean"])
     analysis = analyse(replace(recording, methods={**recording.methods, **as_if}), None)
-    assert attitude_sources(analysis) == {"Kinect": "mean", "IMU": "imu", "fused": "default+imus"}
+    roles = {"Kinect": "left", "IMUs": "imu", "fused": "default+imus"}
+    assert attitude_sources(analysis) == roles
     drawing = attitude_figures(analysis).pictures[0].svg
-    assert all(f'class="method-role-{role}"' in drawing for role in ("kinect", "imu", "fused"))
+    assert all(f'class="method-role-{role.lower()}"' in drawing for role in roles)
+
+
+def test_occlusions_are_when_a_limbs_ends_are_not_tracked_or_no_frame_comes():
+    series = motion(rate=30.0, duration_s=6.0)
+    times_s = (series.stamps_ns - series.stamps_ns[0]) * 1e-9
+    series.tracking_state[(times_s > 2.0) & (times_s < 3.0), JOINT_INDEX["left_knee"]] = 1
+    silent = rows_of(series, (times_s < 4.0) | (times_s > 4.5))
+
+    def found(limb):
+        return np.ravel(occlusions(silent, limb, int(series.stamps_ns[0]), 6.0))
+
+    assert found("left_shank") == pytest.approx([2.0, 1.0, 4.0, 0.5], abs=0.08)
+    assert found("right_shank") == pytest.approx([4.0, 0.5], abs=0.08)
+
+
+def test_all_methods_are_without_second_names(one):
+    methods = read(one, "all").methods
+    assert {"joint_kf", "li2020", "default"} <= set(methods)
+    assert not set(ALIASES) & set(methods)
+    of_class = {estimator: name for name, estimator in reversed(ESTIMATORS.items())}
+    assert set(ALIASES) == set(ESTIMATORS) - set(of_class.values())
 
 
 def test_long_lines_keep_their_peaks_and_their_gaps():

@@ -10,13 +10,20 @@ from pose_core.api import EstimateSeries, Extrinsics, FloatArray, SkeletonSeries
 from pose_core.arrays import rows_between
 from pose_core.errors import InputError, PoseError
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
-from pose_evaluation.offline import IMU_ENDING, known_setups, run_methods
+from pose_evaluation.offline import (
+    ALIASES,
+    IMU_ENDING,
+    NEED_IMUS,
+    MethodRun,
+    known_setups,
+    run_methods,
+)
 from pose_io.bag_samples import BagSamples, read_estimates
 from pose_io.bags import BagReader, Progress
 from pose_io.names import FUSE_STATUS
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.node_status import NodeStatus
-from pose_view.recorded_imus import read_statuses, recorded_imus
+from pose_view.recorded_fusion import read_statuses, recorded_fusion
 
 PREFERRED = (FUSED, "default+imus", "default", "li2020", "joint_kf", MEAN)
 ALL = "all"  # selects all methods
@@ -44,6 +51,8 @@ class ReportData:
     notes: tuple[str, ...] = field(default=())  # remarks on missing results
     said: tuple[str, ...] = ()  # by ./pose fuse, which made the bag
     unused_imus: tuple[str, ...] = ()  # segments or topics, of IMUs that a method could not use
+    fused_by: str = ""  # estimator of the bag's own result; empty if it is not known
+    limb_runs: Mapping[str, MethodRun] = field(default_factory=dict)  # for zhang2015's figures only
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -93,9 +102,8 @@ def read_report_data(
     segments = tuple(imu_topics(bag))
     statuses = read_statuses(bag)
     estimated = _estimate(bag, wanted, bool(segments), find_extrinsics, progress)
-    unused = recorded_imus(bag, statuses, wanted.body).unused
-    estimated.notes += [f"{FUSED}: IMU {name}: {why}." for name, why in unused.items()]
-    estimated.unused_imus = tuple(dict.fromkeys([*unused, *estimated.unused_imus]))
+    fusion = recorded_fusion(bag, statuses, wanted.body)
+    estimated.notes += [f"{FUSED}: IMU {name}: {why}." for name, why in fusion.unused.items()]
     whole = _span(estimated.methods)
     methods = _cut(estimated.methods, wanted, whole[0])
     if not methods:
@@ -125,7 +133,15 @@ def read_report_data(
         focus=wanted.focus if wanted.focus in methods else preferred(list(methods)),
         notes=tuple(estimated.notes),
         said=() if estimated.views else _said_by_fuse(statuses),
-        unused_imus=estimated.unused_imus,
+        unused_imus=tuple(dict.fromkeys([*fusion.unused, *estimated.unused_imus])),
+        fused_by=fusion.estimator,
+        limb_runs={
+            name: MethodRun(
+                series=run.series.between(begin_ns, end_ns),
+                estimates=rows_between(run.estimates, begin_ns, end_ns),
+            )
+            for name, run in estimated.limb_runs.items()
+        },
     )
 
 
@@ -162,6 +178,7 @@ class _Estimated:
     T_map_sensor: dict[str, FloatArray] = field(default_factory=dict)
     notes: list[str]
     unused_imus: tuple[str, ...] = ()
+    limb_runs: dict[str, MethodRun] = field(default_factory=dict)
 
 
 def _estimate(
@@ -187,21 +204,28 @@ def _estimate(
     if unknown:
         names = ", ".join(dict.fromkeys(known))
         raise InputError(f"there is no method {', '.join(unknown)} here: expected some of {names}")
+    limb_methods = () if wanted.methods else NEED_IMUS
     if not wanted.methods:
         usual = tuple(own) if extrinsics is None else usual_methods(known, sensors)
         wanted = replace(wanted, methods=usual)
     elif wanted.methods == (ALL,):
-        wanted = replace(wanted, methods=tuple(known))
+        methods = tuple(n for n in known if n.removesuffix(IMU_ENDING) not in ALIASES)
+        wanted = replace(wanted, methods=methods)
+    shown = (*wanted.methods, wanted.focus)
     result = _Estimated(methods={name: own[name] for name in sensors}, notes=notes)
     if extrinsics is not None:
-        result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in sensors}
+        placed = (name for name in extrinsics.sensors if name in sensors)
+        result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in placed}
         result.methods |= {MEAN: own[MEAN]} if MEAN in own else {}
-        chosen = [setup for setup in setups if setup.name in (*wanted.methods, wanted.focus)]
+        chosen = [setup for setup in setups if setup.name in (*shown, *limb_methods)]
         imus = any(setup.use_imus for setup in chosen)
         samples = BagSamples(bag, wanted.person, progress, extrinsics=extrinsics, imus=imus)
         runs = run_methods(samples, chosen, extrinsics) if chosen else {}
         result.notes += [f"{line[0].upper()}{line[1:]}." for line in samples.left_out]
         for name, run in runs.items():
+            if name not in shown:
+                result.limb_runs[name] = run
+                continue
             result.methods[name], result.estimates[name] = run.series, run.estimates
             result.notes += [f"{name}: {line}." for line in run.imus]
             if name.endswith(IMU_ENDING):
@@ -213,7 +237,6 @@ def _estimate(
     for name in [name for name, series in result.methods.items() if len(series) < 2]:
         result.notes.append(f"{name} gave no pose, and is left out.")
         del result.methods[name]
-    shown = (*wanted.methods, wanted.focus)
     result.methods = {name: each for name, each in result.methods.items() if name in shown}
     if not result.methods:
         raise InputError("no person is seen in this recording: there is nothing to report")

@@ -1,8 +1,7 @@
 """Figures over time and over cycles, in the layout of the papers' figures.
 
 Angles as in li2020's figures 4 and 5, a joint's x, y, z as in its figures 3 and 6, pitch, yaw and
-roll of the limbs as in zhang2015's figures 8 and 9; bone lengths; and angles over the
-cycle.
+roll of the limbs as in zhang2015's figures 6 to 9; bone lengths; and angles over the cycle.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pose_core.api import ANGLES, FloatArray, IntArray, SkeletonSeries, wrapped
-from pose_core.joints import JOINT_INDEX
+from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_evaluation.gait_cycles import PERCENT
 from pose_evaluation.limb_attitude import (
     LIMBS,
@@ -20,12 +19,14 @@ from pose_evaluation.limb_attitude import (
     model_of,
     segment_rotations,
 )
-from pose_evaluation.methods import FUSED, MEAN
-from pose_evaluation.stability import BONES_SHOWN, bone_lengths
+from pose_evaluation.methods import FUSED
+from pose_evaluation.stability import BONES, BONES_SHOWN, bone_lengths
 from pose_evaluation.tables import method_label, readable
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import (
+    COLUMNS,
     HEIGHT,
+    MAX_GAP_S,
     FigureSet,
     Picture,
     group_of,
@@ -38,7 +39,15 @@ from pose_view.report.figures.canvas import (
 from pose_view.report.report_data import seconds
 
 TIME = "time [s]"
-ROLE_COLOURS = {"Kinect": "#56B4E9", "IMU": "#117733", "fused": "#D55E00", REFERENCE: "#000000"}
+PAPER = "zhang2015"
+ROLE_COLOURS = {
+    "Kinect": "#56B4E9",
+    "IMUs": "#117733",
+    PAPER: "#AA4499",
+    "fused": "#D55E00",
+    REFERENCE: "#000000",
+}
+OCCLUDED = "#dddddd"
 
 
 def angle_figures(analysis: Analysis) -> FigureSet:
@@ -86,34 +95,44 @@ def _over_time(
 
 
 def attitude_sources(analysis: Analysis) -> dict[str, str]:
-    """The methods for the roles Kinect alone, IMUs alone and fused, by role."""
-    names = analysis.recording.methods
-    kinect = next((n for n in (MEAN, *analysis.recording.sensors) if n in names), None)
-    both = next((n for n in (FUSED, "default+imus", "zhang2015") if n in names), None)
-    roles = {"Kinect": kinect, "IMU": "imu" if "imu" in names else None, "fused": both}
-    return {role: name for role, name in roles.items() if name is not None}
+    """The methods for the roles one Kinect, IMUs alone, zhang2015 of the two, fused, by role."""
+    names = _limbs_in_map(analysis)
+    roles = {
+        "Kinect": next(iter(analysis.recording.T_map_sensor), ""),  # the one that zhang2015 fuses
+        "IMUs": "imu",
+        PAPER: PAPER,
+        "fused": FUSED if FUSED in names else "default+imus",
+    }
+    return {role: name for role, name in roles.items() if name in names}
 
 
 def attitude_figures(analysis: Analysis) -> FigureSet:
-    """Pitch, yaw and roll of each limb by Kinect, IMU and both, as zhang2015's figures 8 and 9.
+    """Pitch, yaw and roll of each limb by Kinect, IMUs and both, as zhang2015's figures 6 to 9.
 
-    Roll cannot be computed from joint positions, so raw Kinects and position references have none;
-    neither have estimates with the user's own body model, whose links are not known here.
+    Times in which the Kinect does not track both ends of the limb are grey. Roll cannot be computed
+    from joint positions, so raw Kinects and position references have none; neither have estimates
+    with the user's own body model, whose links are not known here.
     """
     recording = analysis.recording
     sources = attitude_sources(analysis)
-    in_map, named = _in_map(analysis), {REFERENCE: REFERENCE, **sources}
+    in_map, named = _limbs_in_map(analysis), {REFERENCE: REFERENCE, **sources}
     shown = {role: in_map[name] for role, name in named.items() if name in in_map}
+    known = {name: run.estimates for name, run in recording.limb_runs.items()}
+    known |= recording.estimates
     rolls = {
-        role: recording.estimates[name]
+        role: known[name]
         for role, name in sources.items()
-        if role != "Kinect"
-        and name in recording.estimates
-        and model_of(recording.estimates[name].names)
+        if name in known and model_of(known[name].names)
     }
     pictures = []
     for limb in LIMBS:
         with plot(rows=3, height=2.1 * HEIGHT) as (figure, (above, middle, below)):
+            if "Kinect" in shown:
+                hidden = occlusions(shown["Kinect"], limb, recording.begin_ns, recording.duration_s)
+                for axes in (above, middle, below):
+                    across = axes.get_xaxis_transform()
+                    group = group_of("role occluded")
+                    axes.broken_barh(hidden, (0, 1), transform=across, color=OCCLUDED, gid=group)
             attitudes = {role: limb_attitude(each.positions, limb) for role, each in shown.items()}
             centre = _middle([yaw for _, yaw in attitudes.values()])
             for role, series in shown.items():
@@ -134,6 +153,32 @@ def attitude_figures(analysis: Analysis) -> FigureSet:
             title = readable(limb)
             pictures.append(picture(figure, title, f"pitch, yaw and roll of {title}"))
     return FigureSet(caption="", pictures=pictures)
+
+
+def occlusions(
+    series: SkeletonSeries, limb: str, begin_ns: int, duration_s: float
+) -> list[tuple[float, float]]:
+    """Times in which an end of a limb is not tracked, also because there are no frames.
+
+    Args:
+        series: A camera's skeletons.
+        limb: One of :data:`LIMBS`.
+        begin_ns: Zero of the times [ns].
+        duration_s: Their end [s].
+
+    Returns:
+        Beginning and length [s] of each, in steps of a column of the plot.
+    """
+    times = np.concatenate([[0.0], seconds(series.stamps_ns, begin_ns), [duration_s]])
+    ends = [JOINT_INDEX[joint] for joint in BONES[limb]]
+    is_lost = (series.tracking_state[:, ends] < TrackingState.TRACKED).any(axis=1)
+    steps = np.diff(times)
+    is_hidden = np.append(True, is_lost) | (steps > MAX_GAP_S)
+    edges = np.linspace(0.0, duration_s, COLUMNS + 1)
+    hidden_s = np.interp(edges, times, np.append(0.0, np.cumsum(steps * is_hidden)))
+    is_grey = np.diff(hidden_s) > 0.5 * duration_s / COLUMNS
+    bounds = edges[np.flatnonzero(np.diff([False, *is_grey, False]))].reshape(-1, 2)
+    return [(begin_s, end_s - begin_s) for begin_s, end_s in bounds.tolist()]
 
 
 def _role_style(role: str) -> dict[str, Any]:
@@ -186,6 +231,18 @@ def legend(analysis: Analysis) -> dict[str, str]:
     """Labels of the methods by name: the reference, then in the order of the tables."""
     names = sorted(analysis.angles, key=lambda name: name != REFERENCE)
     return {name: method_label(name) for name in names}
+
+
+def _limbs_in_map(analysis: Analysis) -> Mapping[str, SkeletonSeries]:
+    """The methods' joints, with those for the limbs only and the cameras."""
+    recording = analysis.recording
+    views = {
+        name: recording.views[name].transformed(T)
+        for name, T in recording.T_map_sensor.items()
+        if name in recording.views
+    }
+    runs = {name: run.series for name, run in recording.limb_runs.items() if len(run.series)}
+    return {**_in_map(analysis), **runs, **views}
 
 
 def _in_map(analysis: Analysis) -> Mapping[str, SkeletonSeries]:

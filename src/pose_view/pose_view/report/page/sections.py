@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from markupsafe import Markup
 
 from pose_evaluation.gait_cycles import Cycles
+from pose_evaluation.methods import FUSED
 from pose_evaluation.table import Table
 from pose_evaluation.tables import method_label, readable, stability_table, view_tables
 from pose_view.report.analysis import REFERENCE, Analysis
@@ -147,17 +148,27 @@ def _account_of(analysis: Analysis) -> str:
 
 
 def _attitudes(analysis: Analysis) -> Iterator[Block]:
-    roles = courses.attitude_sources(analysis)
-    key = _key(
-        (f"{role} ({method_label(n)})", courses.ROLE_COLOURS[role]) for role, n in roles.items()
-    )
-    text = key + (
+    roles, recording = courses.attitude_sources(analysis), analysis.recording
+    meanings = {role: method_label(name) for role, name in roles.items()}
+    if courses.PAPER in roles:
+        meanings[courses.PAPER] = "the paper's mean of that Kinect and the IMUs"
+    if roles.get("fused") == FUSED:
+        by = f", estimator {recording.fused_by}" if recording.fused_by else ""
+        meanings["fused"] = f"in the recording{by}"
+    key = [(f"{role}: {text}", courses.ROLE_COLOURS[role]) for role, text in meanings.items()]
+    if "Kinect" in roles:
+        key.append(("that Kinect does not track both ends of the limb", courses.OCCLUDED))
+    text = _key(key) + (
         f"{'; black: the reference' if analysis.compared is not None else ''}. Pitch is the "
         "limb's direction above the horizontal (−90°: it hangs down), yaw its heading in map; "
         "within 15° of the vertical there is no yaw."
     )
-    if "IMU" not in roles:
-        text += " There is no result of the IMUs alone in this recording."
+    if "IMUs" not in roles:
+        text += (
+            " No IMU could be used alone, or --methods leaves it out: imu adds it."
+            if recording.segments
+            else " The recording holds no IMUs."
+        )
     yield text
     if roles:
         yield courses.attitude_figures(analysis)

@@ -1,4 +1,4 @@
-"""What the fusion that made a bag's bodies said about their IMUs."""
+"""What the fusion that made a bag's body said about itself and its IMUs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,10 +14,11 @@ NOT_USED = "not used"
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordedImus:
-    """State of use of the IMUs, by segment or, without one, by topic."""
+class RecordedFusion:
+    """Reports on one body: its estimator, and the IMUs by segment or, without one, by topic."""
 
-    used_from_ns: Mapping[str, int]  # [ns] of those used at the end; 0 if their bag does not say
+    estimator: str  # empty if it is not said
+    used_from_ns: Mapping[str, int]  # [ns] of those used at the end; 0 if the reports do not say
     unused: Mapping[str, str]  # why, of those not used at the end
 
 
@@ -35,8 +36,10 @@ def read_statuses(bag: BagReader) -> list[NodeStatus]:
     ]
 
 
-def recorded_imus(bag: BagReader, statuses: Sequence[NodeStatus], body: str = "") -> RecordedImus:
-    """State of use of the IMUs by a body's fusion; empty if the bag does not hold its reports.
+def recorded_fusion(
+    bag: BagReader, statuses: Sequence[NodeStatus], body: str = ""
+) -> RecordedFusion:
+    """Reports of a body's fusion; empty if the bag does not hold them.
 
     Args:
         bag: An open bag.
@@ -45,10 +48,10 @@ def recorded_imus(bag: BagReader, statuses: Sequence[NodeStatus], body: str = ""
     """
     topic = body_topic(bag, "skeleton", body)
     reports = [] if topic is None else [s for s in statuses if _is_of(s, topic.split("/")[-2])]
-    uses: dict[str, str] = {}
+    estimator, uses = "", dict[str, str]()
     used_from_ns: dict[str, int] = {}
     for report in reports:
-        uses = _uses(report)
+        estimator, uses = report.values.get("estimator", ""), _uses(report)
         used = [name for name, text in uses.items() if not text.startswith(NOT_USED)]
         stamp_ns = 0 if report.name == FUSE_STATUS else report.received_ns
         used_from_ns = {name: used_from_ns.get(name, stamp_ns) for name in used}
@@ -57,7 +60,7 @@ def recorded_imus(bag: BagReader, statuses: Sequence[NodeStatus], body: str = ""
         heard = {name: topic for name, topic in imu_topics(bag).items() if name not in uses}
         heard |= {topic: topic for topic in misnamed_imu_topics(bag)}
         unused |= {name: _unmentioned(bag, name, topic) for name, topic in heard.items()}
-    return RecordedImus(used_from_ns=used_from_ns, unused=unused)
+    return RecordedFusion(estimator=estimator, used_from_ns=used_from_ns, unused=unused)
 
 
 def _is_of(status: NodeStatus, body: str) -> bool:

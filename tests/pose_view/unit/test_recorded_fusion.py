@@ -5,7 +5,7 @@ from fused_bag import S, write_fused_bag
 
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_io.bags import open_bag
-from pose_view.recorded_imus import read_statuses, recorded_imus
+from pose_view.recorded_fusion import read_statuses, recorded_fusion
 from pose_view.report.analysis import analyse
 from pose_view.report.page.page import notes, verdict
 from pose_view.report.report_data import Wanted, read_report_data
@@ -64,7 +64,7 @@ def test_of_several_fusions_that_of_the_body_counts(tmp_path):
         tmp_path / "bag", {1.0: live(torso=USED), 2.0: other, 3.0: live(torso=USED)}
     )
     with open_bag(path) as bag:
-        found = recorded_imus(bag, read_statuses(bag))
+        found = recorded_fusion(bag, read_statuses(bag))
 
     assert found.unused == {}
     assert found.used_from_ns == {"torso": S}
