@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.api import ANGLES, ROOT_DOF, FloatArray, joint_angles, without_sideways_flexion
 from pose_core.joints import JOINT_INDEX
@@ -21,6 +22,7 @@ from pose_evaluation.limb_attitude import (
     model_of,
     segment_rotations,
 )
+from pose_evaluation.stability import BONES
 from pose_evaluation.tables import readable
 from pose_view.snapshot import BodySnapshot
 
@@ -37,6 +39,7 @@ class BodyTrack:
     joints: FloatArray  # (n, 15, 3) [m] in map
     dof_names: tuple[str, ...] = ()
     dof: FloatArray | None = None  # (n, d) [m] or [rad]
+    is_occluded: NDArray[np.bool_] | None = None  # (n, 15) to the first camera; None without one
 
 
 def titles(dof_names: tuple[str, ...] = ()) -> tuple[str, ...]:
@@ -66,6 +69,17 @@ def curve(title: str, track: BodyTrack) -> FloatArray:
     return np.degrees(angles[title.lower().replace(" ", "_")])
 
 
+def occlusion(title: str, track: BodyTrack, grid: FloatArray) -> NDArray[np.bool_]:
+    """When the first camera does not track both ends of a curve's limb, at times [s], (m,)."""
+    kind, _, name = title.partition(": ")
+    limb = name.replace(" ", "_")
+    if kind not in ("Pitch", "Yaw", "Roll") or limb not in BONES or track.is_occluded is None:
+        return np.zeros(len(grid), bool)
+    ends = [JOINT_INDEX[joint] for joint in BONES[limb]]
+    is_hidden = track.is_occluded[:, ends].any(axis=1)
+    return np.interp(grid, track.times_s, is_hidden, left=0.0, right=0.0) > 0.5
+
+
 def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float) -> FloatArray:
     """Interpolate values linearly at other times; NaN outside and within gaps.
 
@@ -90,10 +104,12 @@ def track_of(snapshots: Sequence[BodySnapshot], zero_ns: int = 0) -> BodyTrack:
     first = snapshots[0].dof if snapshots else None
     names = first.names if first is not None else ()
     dof = [s.dof.position for s in snapshots if s.dof is not None and s.dof.names == names]
+    occluded = [s.is_occluded for s in snapshots if s.is_occluded is not None]
     complete = bool(names) and len(dof) == len(snapshots)
     return BodyTrack(
         times_s=np.array([s.stamp_ns - zero_ns for s in snapshots], float) * 1e-9,
         joints=np.array([s.joints for s in snapshots]).reshape(-1, len(JOINT_INDEX), 3),
         dof_names=names if complete else (),
         dof=np.array(dof) if complete else None,
+        is_occluded=np.array(occluded) if occluded and len(occluded) == len(snapshots) else None,
     )

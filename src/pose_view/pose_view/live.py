@@ -17,7 +17,7 @@ from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations
 from pose_view.plain_words import StatusLine, imu_line, node_line, stream_line
 from pose_view.robot import JointHistory, JointTrack, RobotSnapshot, robot_places, robot_shape
-from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot
+from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot, occluded_joints
 
 RESTART_S = 1.0  # [s] a larger step back in time means a restart
 RATE_WINDOW_S = 2.0  # [s] over which rates and delays are averaged
@@ -96,6 +96,9 @@ class LiveGraph:
         except InputError:
             self.counters.add("malformed_skeletons")
             return
+        _, seen = self._raw.get(next(iter(self._sensor_watches), ""), (0, None))
+        if seen is not None:
+            shown = replace(shown, is_occluded=occluded_joints(seen, shown.stamp_ns))
         track = self._tracks[body]
         ahead_ns = track[-1].stamp_ns - shown.stamp_ns if track else 0
         if ahead_ns > RESTART_S * NS_PER_S:

@@ -3,7 +3,8 @@
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from operator import itemgetter
+from dataclasses import replace
+from operator import attrgetter, itemgetter
 from typing import Any, TypeVar
 
 from pose_core.api import FloatArray, ImuUse, SkeletonSample
@@ -17,7 +18,7 @@ from pose_io.topics import body_topics, imu_topics, sensor_topics
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations
 from pose_view.recorded_fusion import read_statuses, recorded_fusion
-from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot
+from pose_view.snapshot import BodySnapshot, DofSnapshot, Snapshot, occluded_joints
 
 T = TypeVar("T")
 MAX_HOLD_S = 0.5  # [s] for which data are shown without an update
@@ -70,8 +71,6 @@ class Recorded:
                 f" kinect_<name>/skeletons, found {', '.join(sorted(bag.topics))}"
             )
         series: list[Stamped[Any]] = [*self.bodies.values(), *self.raw.values()]
-        for entries in series:
-            entries.sort(key=STAMP)
         self.start_ns = min(entries[0][0] for entries in series)
         self.end_ns = max(entries[-1][0] for entries in series)
 
@@ -81,8 +80,13 @@ class Recorded:
         return (self.end_ns - self.start_ns) / NS_PER_S
 
     def add_body(self, body: str, snapshots: list[BodySnapshot]) -> None:
-        """Add a body that was not recorded."""
-        self.bodies[body] = [(s.stamp_ns, s) for s in snapshots]
+        """Add the poses of a body, in the order of their stamps."""
+        first = {name: self.raw[name] for name in sorted(self.raw)[:1]}
+        for pose in snapshots:
+            if first:
+                seen = next(iter(latest(first, pose.stamp_ns).values()), ())
+                pose = replace(pose, is_occluded=occluded_joints(seen, pose.stamp_ns))
+            self.bodies[body].append((pose.stamp_ns, pose))
 
     def add_imu_uses(self, body: str, uses: Iterable[ImuUse]) -> None:
         """Add the state of use of the IMUs at the end of a body's computation; names each once."""
@@ -133,10 +137,15 @@ class Recorded:
             elif (found := link_rotations(content)) is not None:
                 self._rotations[found[:2]] = found[2]
         # After all estimates and links, which belong to the skeletons of the same instants.
+        poses: dict[str, list[BodySnapshot]] = defaultdict(list)
         for body, skeleton in skeletons:
             key = body, nanoseconds(skeleton.header.stamp)
             pose = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
-            self.bodies[body].append((pose.stamp_ns, pose))
+            poses[body].append(pose)
+        for entries in self.raw.values():
+            entries.sort(key=STAMP)
+        for body, snapshots in poses.items():
+            self.add_body(body, sorted(snapshots, key=attrgetter("stamp_ns")))
         progress(1.0)
 
     def _add_raw(self, sensor: str, content: Any) -> None:

@@ -1,6 +1,7 @@
 """Content of the panels: curves, plots, streams and status lines."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from pose_core.body.joint_angles import joint_angles
 from pose_core.joints import JOINT_INDEX
 from pose_fusion.watching.observation import TopicWatch
 from pose_node.node_status import Level, NodeStatus
-from pose_view.curves import BodyTrack, curve, on_grid, titles
+from pose_view.curves import BodyTrack, curve, occlusion, on_grid, titles
 from pose_view.plain_words import StatusLine, as_html, imu_line, node_line, stream_line
 from pose_view.web.plots import svg_plot, ticks
 
@@ -81,6 +82,29 @@ def test_curves_are_blank_in_gaps_and_beyond_their_ends():
     found = on_grid(times, values, np.array([-0.1, 0.05, 0.5, 0.95, 1.1]), 0.25)
 
     assert found == pytest.approx([np.nan, 0.5, np.nan, 3.5, np.nan], nan_ok=True)
+
+
+def test_a_limb_is_occluded_while_the_first_camera_does_not_track_an_end_of_it():
+    is_occluded = np.zeros((len(JOINTS), len(JOINT_INDEX)), bool)
+    is_occluded[30:60, JOINT_INDEX["right_hand"]] = True
+    track = replace(TRACK, is_occluded=is_occluded)
+
+    for kind in ("Pitch", "Yaw", "Roll"):
+        found = occlusion(f"{kind}: right forearm", track, TRACK.times_s)
+        assert found.tolist() == is_occluded.any(axis=1).tolist()
+    for title in ("Pitch: right upper arm", "Right elbow flexion"):
+        assert not occlusion(title, track, TRACK.times_s).any()
+
+
+def test_a_plot_is_grey_from_the_first_to_the_last_marked_value():
+    x, grey = np.linspace(0.0, 4.0, 5), np.array([False, True, True, False, True])
+    labels = {"x_label": "", "y_label": "", "y_range": (0.0, 1.0)}
+    picture = svg_plot(x, [], [], is_grey=grey, **labels)
+    boxes = re.findall(r'<rect x="([0-9.]+)" y="[0-9]+" width="([0-9.]+)"', picture)
+
+    left, right = 40.0, 332.0  # [px] of 0 and 4
+    step = (right - left) / 4.0
+    assert np.array(boxes, float).ravel() == pytest.approx([left + step, 2 * step, right, 0.0])
 
 
 def test_a_plot_interrupts_its_curve_at_unknown_values():

@@ -2,7 +2,9 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from pose_msgs.msg import SkeletonArray
 from viewed_bag import FRAME_NS, START_NS, moving_joints, skeleton_message
 
 from pose_node.conversions import to_header
@@ -48,6 +50,21 @@ def test_no_more_is_kept_than_the_plots_show(graph):
     feed(graph, [START_NS + k * S // 10 for k in range(600)])
 
     assert len(times_s(graph)) == pytest.approx(111, abs=2)
+
+
+def test_a_joint_that_the_first_camera_does_not_track_is_occluded(graph):
+    def occluded(stamp_ns):
+        feed(graph, [stamp_ns])
+        return graph.snapshot(stamp_ns).bodies["subject"].is_occluded
+
+    assert occluded(START_NS) is None  # no frame of the camera yet
+    header = to_header(START_NS + FRAME_NS, "kinect_left_optical_frame")
+    seen = skeleton_message(JOINTS[0], header, "1")
+    seen.tracking_state[3] = 1
+    graph.add_raw("left", SkeletonArray(header=header, skeletons=[seen]), START_NS)
+
+    assert np.flatnonzero(occluded(START_NS + 2 * FRAME_NS)).tolist() == [3]
+    assert occluded(START_NS + S).all()  # the camera is silent
 
 
 def test_a_malformed_skeleton_is_counted(graph):

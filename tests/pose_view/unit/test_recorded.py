@@ -6,6 +6,7 @@ from viewed_bag import BODIES, write_viewed_bag
 
 from pose_core.api import PipelineParameters, extrinsics_from_map
 from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_io.bag_samples import BagFrames
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
@@ -67,6 +68,32 @@ def test_a_track_is_the_requested_interval(recorded):
     assert track.times_s[0] == pytest.approx(1.0, abs=0.04)
     assert track.times_s[-1] == pytest.approx(2.0, abs=0.04)
     assert len(recorded.track("nobody", 0.0, 9.0).times_s) == 0
+
+
+def test_a_joint_is_occluded_while_the_first_camera_does_not_track_it(recording, tmp_path):
+    path, hand = tmp_path / "bag", JOINT_INDEX["right_hand"]
+    with open_bag(recording[0]) as bag, BagWriter(path) as writer:
+        for message in bag.messages():
+            content = bag.deserialize(message)
+            time_s = (message.stamp_ns - bag.start_ns) * 1e-9
+            if message.topic == "/kinect_left/skeletons":
+                if 4.0 < time_s < 5.0:
+                    continue
+                if 2.0 < time_s < 3.0:
+                    state = content.skeletons[0].tracking_state.copy()
+                    state[hand] = TrackingState.INFERRED
+                    content.skeletons[0].tracking_state = state
+            writer.write(message.topic, content, message.stamp_ns)
+    with open_bag(path) as bag:
+        track = Recorded(bag).track("subject", 0.0, 6.0)
+
+    def found(begin_s, end_s):
+        is_inside = (track.times_s > begin_s) & (track.times_s < end_s)
+        return track.is_occluded[is_inside].all(axis=0), track.is_occluded[is_inside].any(axis=0)
+
+    assert [np.flatnonzero(each).tolist() for each in found(2.1, 2.9)] == [[hand], [hand]]
+    assert found(4.4, 4.9)[0].all()
+    assert not found(0.1, 1.9)[1].any()
 
 
 def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded, monkeypatch):

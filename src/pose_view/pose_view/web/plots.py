@@ -5,9 +5,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
-from pose_view.curves import BodyTrack, curve, on_grid, titles
+from pose_view.curves import BodyTrack, curve, occlusion, on_grid, titles
 from pose_view.robot import JointTrack
 from pose_view.web.places import BodyPanel
 from pose_view.web.server import LocalServer
@@ -26,6 +27,7 @@ GRID_RATE = 20.0  # [Hz] points of a curve
 GAP_S = 0.25  # [s] longest interval that is interpolated
 MARGIN = 5.0  # [°] above and below the curves
 ROBOT = "Robot: "  # prefix of a robot's joint
+OCCLUDED = "#dfe1e6"  # behind the curves
 ASKED_LINE, ROBOT_LINE = "#c2541b", "#39424e"  # of the person's pose and the robot, for CSS
 TrackOf = Callable[[str, float, float], BodyTrack]
 """Returns the track of a body (its id) between two times [s]."""
@@ -39,6 +41,7 @@ def svg_plot(
     x_label: str,
     y_label: str,
     y_range: tuple[float, float],
+    is_grey: NDArray[np.bool_] | None = None,
 ) -> str:
     """A line plot as an SVG element; curves are interrupted where values are NaN.
 
@@ -51,6 +54,7 @@ def svg_plot(
         x_label: Label of the horizontal axis, with its unit.
         y_label: Label of the vertical axis, with its unit.
         y_range: Limits of the vertical axis.
+        is_grey: Where the background is grey, shape (n,).
     """
     across: Callable[..., Any] = partial(np.interp, xp=(x[0], x[-1]), fp=(LEFT, WIDTH - RIGHT))
     down: Callable[..., Any] = partial(np.interp, xp=y_range, fp=(HEIGHT - BOTTOM, TOP))
@@ -58,6 +62,11 @@ def svg_plot(
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" style="display:block;width:100%" '
         'font-family="sans-serif" font-size="9.5">'
     ]
+    if is_grey is not None:
+        edges = np.flatnonzero(np.diff([False, *is_grey, False])).reshape(-1, 2)
+        for begin, end in across(x[np.minimum(edges, len(x) - 1)]).tolist():
+            where = f'x="{begin:.1f}" y="{TOP}" width="{end - begin:.1f}"'
+            parts.append(f'<rect {where} height="{HEIGHT - BOTTOM - TOP}" fill="{OCCLUDED}"/>')
     for tick in ticks(*y_range):
         grid = "#b8bcc4" if tick == 0.0 else "#e6e8ec"
         parts.append(f'<path d="M{LEFT} {down(tick):.1f}H{WIDTH - RIGHT}" stroke="{grid}"/>')
@@ -141,6 +150,7 @@ class PlotPanel:
         """Titles with the colours of their lines."""
         lines = [(place.title, place.line) for place in self._places]
         lines += [("Robot", ROBOT_LINE)] if self._robot_joints else []
+        lines.append(("limb not tracked by the first camera", OCCLUDED))
         dots = "".join(
             f'<span style="white-space:nowrap;margin-right:1em"><span style="display:inline-block;'
             f"width:1.4em;height:0.28em;vertical-align:middle;margin-right:0.4em;"
@@ -187,6 +197,7 @@ class PlotPanel:
         count = round(self._span_s * GRID_RATE) + 1
         grid = np.linspace(now_s - self._span_s, now_s, count)
         tracks = [track_of(place.body, grid[0] - GAP_S, now_s) for place in self._places]
+        seen = next((track for track in tracks if track.is_occluded is not None), None)
         for chosen, plot in self._plots:
             joint = self._robot_joints.get(chosen.value)
             if joint is None:
@@ -198,8 +209,11 @@ class PlotPanel:
             else:
                 rows = [_joint_row(joint, track, grid) for track in robot]
                 colors = [ASKED_LINE, ROBOT_LINE]
+            is_grey = occlusion(chosen.value, seen, grid) if seen else None
             labels = {"x_label": self._time_label, "y_label": "angle [°]"}
-            plot.content = svg_plot(grid - zero_s, rows, colors, y_range=_range(rows), **labels)
+            plot.content = svg_plot(
+                grid - zero_s, rows, colors, y_range=_range(rows), is_grey=is_grey, **labels
+            )
 
 
 def _joint_row(joint: str, track: JointTrack, grid: FloatArray) -> FloatArray:

@@ -165,7 +165,7 @@ def _attitudes(analysis: Analysis) -> Iterator[Block]:
     )
     if "IMUs" not in roles:
         text += (
-            " No IMU could be used alone, or --methods leaves it out: imu adds it."
+            " The IMUs alone are not shown: no IMU could be used, or --methods lacks imu."
             if recording.segments
             else " The recording holds no IMUs."
         )
