@@ -5,6 +5,7 @@ of the time, the other all the rest.
 """
 
 import sys
+from collections.abc import Sequence
 from multiprocessing import Process
 
 from pose_core.api import load_body_model, warm_up
@@ -16,7 +17,7 @@ from pose_io.preparing import prepare_reading
 class WithoutCameras(DefaultEstimator):
     """A filter without updates by cameras' frames."""
 
-    def _uses_cameras(self) -> bool:
+    def _uses_cameras(self, segments: Sequence[str]) -> bool:
         return False
 
 

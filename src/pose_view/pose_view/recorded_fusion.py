@@ -7,7 +7,7 @@ from pose_core.joints import SEGMENTS
 from pose_core.stamps import nanoseconds
 from pose_io.bags import BagReader
 from pose_io.names import FUSE_STATUS
-from pose_io.topics import body_topic, imu_topics, misnamed_imu_topics
+from pose_io.topics import IMU, body_topic, imu_topics, misnamed_imu_topics
 from pose_node.node_status import NodeStatus
 
 NOT_USED = "not used"
@@ -58,7 +58,7 @@ def recorded_fusion(
     unused = {name: text for name, text in uses.items() if name not in used_from_ns}
     if reports:
         heard = {name: topic for name, topic in imu_topics(bag).items() if name not in uses}
-        heard |= {topic: topic for topic in misnamed_imu_topics(bag)}
+        heard |= {topic: topic for topic in misnamed_imu_topics(bag.topics_of_type(IMU))}
         unused |= {name: _unmentioned(bag, name, topic) for name, topic in heard.items()}
     return RecordedFusion(estimator=estimator, used_from_ns=used_from_ns, unused=unused)
 
