@@ -80,8 +80,8 @@ def test_on_captured_motion_with_imus_and_late_frames(steps):
     for sample in sorted(session.samples(imus=True), key=arrival_ns):
         pipeline.add(sample)
     assert pipeline.counters["frames_late_but_used"] > 20
-    assert steps["updates with IMUs"] > 100
-    assert steps["updates with frames"] > 500
+    assert steps["updates with IMUs"] > 50
+    assert steps["updates with frames"] > 300
 
 
 @pytest.mark.data

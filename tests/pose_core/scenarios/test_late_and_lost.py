@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics
 from worn_imus import IMU_SEGMENTS, START_NS, moving_wearer
 
-from pose_core.estimates.body_estimates import Source
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.fusion.pipeline import Pipeline
+from pose_core.kernels.published_state import Source
 from pose_core.streams.samples import ImuSample, SkeletonSample
 
 DURATION_S = 26.0

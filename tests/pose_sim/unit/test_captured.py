@@ -101,6 +101,15 @@ def test_an_uneven_tracker_leaves_frames_out(clip, place):
     assert gaps.max() > 0.06
 
 
+def test_in_an_uneven_session_every_tracker_leaves_frames_out():
+    spec = CapturedSpec(
+        name="x", clips=tuple(PATHS[:1]), trackers=("calm", "azure"), spins=False, seed=5,
+        duration_s=4.0, uneven=True,
+    )  # fmt: skip
+    for frames in make_captured_session(spec).frames.values():
+        assert np.diff(frames.stamps_s).max() > 0.06
+
+
 def test_real_residuals_keep_their_size_and_are_correlated_in_time(clip):
     errors = resampled_residuals(clip.positions, RATE, np.random.default_rng(4))
     table = residual_table()

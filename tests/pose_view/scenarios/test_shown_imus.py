@@ -22,7 +22,7 @@ STUCK = "left_forearm"
 @pytest.fixture(scope="module")
 def worn(tmp_path_factory):
     """A bag of cameras and IMUs, of which one always sends the same orientation."""
-    _, _, skeletons, imus = moving_wearer(9.0)
+    _, _, skeletons, imus = moving_wearer(20.0)
     first = {s.segment: s for s in reversed(imus)}
     sent = [replace(first[STUCK], stamp_ns=s.stamp_ns) if s.segment == STUCK else s for s in imus]
     placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}

@@ -45,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     swing = "standard deviation of the IMUs' headings in uneven magnetic fields"
     add_option(parser, "--disturbance", 0.0, swing, "DEG")
+    add_flag(parser, "--uneven", "every tracker at 15 to 30 Hz, unevenly, instead of some")
     add_flag(parser, "--no-magnetometer", "the IMUs' headings are unknown and drift by 0.3°/s")
     rates = "rate of the IMUs; several alternate from segment to segment"
     add_list(parser, "--imu-rates", ImuModel().rates, rates, "HZ")
@@ -81,7 +82,7 @@ def chosen_specs(arguments: argparse.Namespace) -> list[CapturedSpec]:
         disturbance=math.radians(arguments.disturbance),
         has_magnetometer=not arguments.no_magnetometer,
     )
-    every = [replace(spec, imu=imu) for spec in every]
+    every = [replace(spec, imu=imu, uneven=arguments.uneven) for spec in every]
     if arguments.imu_sets:
         every = [replace(spec, worn=SEGMENTS) for spec in every]
     if arguments.sessions is None:

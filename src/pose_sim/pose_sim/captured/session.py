@@ -11,7 +11,7 @@ from pose_core.arrays import FloatArray
 from pose_sim.captured.clip import RATE, Clip
 from pose_sim.captured.clips import chain, heading, read_clip, spun
 from pose_sim.captured.imus import NINE, ImuModel, ImuStream, wear
-from pose_sim.captured.trackers import TRACKERS, TrackerFrames, TrackerModel, track
+from pose_sim.captured.trackers import SLOWEST_RATE, TRACKERS, TrackerFrames, TrackerModel, track
 from pose_sim.scene import SENSORS
 
 START_NS = 1_700_000_000_000_000_000
@@ -33,6 +33,7 @@ class CapturedSpec:
     duration_s: float = 45.0
     condition: str = "known"  # prior knowledge of the cameras, for the evaluation
     delays_s: tuple[float, float] | None = None  # [s] of the trackers; None: each model's own
+    uneven: bool = False  # whether every tracker skips frames for some time
     clock_offset_s: float = 0.0  # [s] by which the right camera's clock is ahead
     worn: tuple[str, ...] = NINE  # segments with an IMU
     imu: ImuModel = field(default_factory=ImuModel)  # of each of them
@@ -41,6 +42,8 @@ class CapturedSpec:
     def models(self) -> tuple[TrackerModel, TrackerModel]:
         """The trackers, with their delays."""
         left, right = (TRACKERS[name] for name in self.trackers)
+        if self.uneven:
+            left, right = (replace(each, slowest_rate=SLOWEST_RATE) for each in (left, right))
         if self.delays_s is None:
             return left, right
         return replace(left, delay=self.delays_s[0]), replace(right, delay=self.delays_s[1])

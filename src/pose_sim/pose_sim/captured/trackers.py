@@ -24,6 +24,7 @@ from pose_sim.tracker_errors import low_passed, slow_process
 
 HEIGHT = 1.7  # [m] height of the body model for occlusions
 DECISION_S = 0.5  # [s] for which a joint's tracking state is constant
+SLOWEST_RATE = 15.0  # [Hz] of an uneven tracker at 30 Hz
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,9 +67,13 @@ TRACKERS = {
         has_32_joints=True, has_confidence=False, hidden_error=0.08, smoothing=0.02
     ),
     "uiprmd": TrackerModel(
-        real_residuals=True, white=0.004, slow_offset=0.0, constant_offset=0.0, slowest_rate=15.0
+        real_residuals=True,
+        white=0.004,
+        slow_offset=0.0,
+        constant_offset=0.0,
+        slowest_rate=SLOWEST_RATE,
     ),
-    "uneven": TrackerModel(gross_share=0.01, hidden_called_tracked=0.8, slowest_rate=15.0),
+    "uneven": TrackerModel(gross_share=0.01, hidden_called_tracked=0.8, slowest_rate=SLOWEST_RATE),
 }
 """Tracker models by name."""
 TUNING_TRACKERS = ("mixed", "late", "slow", "smoothing", "calm")
