@@ -1,8 +1,21 @@
 """The default filter's tuning from a file: honoured, or refused in one line."""
 
+from pathlib import Path
+
 import pytest
 
-from pose_core.api import FilterTuning, InputError, ParameterError, Pipeline, PipelineParameters
+from pose_core.api import (
+    Counters,
+    DefaultEstimator,
+    FilterTuning,
+    InputError,
+    ParameterError,
+    Pipeline,
+    PipelineParameters,
+    load_body_model,
+)
+from pose_core.body.average_body import neutral_pose
+from pose_core.body.shape import shape_of
 from pose_core.filter.tuning import load_tuning
 
 
@@ -49,6 +62,16 @@ def test_an_unknown_or_impossible_parameter_is_refused_by_name(tmp_path, text, m
     parameters = PipelineParameters(tuning=written(tmp_path, text))
     with pytest.raises(InputError, match=rf"my\.yaml: .*{message}"):
         Pipeline(parameters)
+
+
+def test_the_file_is_read_once(tmp_path):
+    path = written(tmp_path, "arm_length: 0.9")
+    parameters = PipelineParameters(tuning=path)
+    make = DefaultEstimator.maker(parameters)
+    Path(path).unlink()
+    model = load_body_model("default")
+    made = make(model, shape_of(model, neutral_pose()), parameters, Counters())
+    assert made.tuning.arm_length == 0.9
 
 
 def test_a_tuning_is_refused_by_estimators_without_the_default_filter(tmp_path):

@@ -24,7 +24,7 @@ END_S = 70.0  # [s] of the recording
 SETTLED_S = 20.0  # [s]
 AGREE_DEG = 2.0  # [deg] in median
 LEG_BIAS_DEG = 1.0  # [deg] beyond what the two cameras see of hips and knees
-ARM_BIAS_DEG = 8.5  # [deg] an elbow that a tracker sees beside the arm's plane is bent to it
+ARM_BIAS_DEG = 8.5  # [deg] 1 % of a nearly straight arm's length is 5 degrees at its elbow
 MIN_KNOWN = np.radians(12.0)  # [rad] a limb that is straight does not show how it is turned
 
 

@@ -4,7 +4,8 @@ This module decides what happens with a frame: predict to it and update, go back
 start or restart the filter. The arithmetic is in :mod:`pose_core.filter.step`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +16,7 @@ from pose_core.body.shape import BodyShape, with_shorter_arms
 from pose_core.counters import Counters
 from pose_core.estimates.observation import Observation
 from pose_core.estimates.poses import TimedPose
-from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.estimator import Estimator, StepwiseEstimator
 from pose_core.estimators.filter_output import FilterOutput, knows_enough_links
 from pose_core.estimators.parameters import PipelineParameters
 from pose_core.filter.error_state_filter import ErrorStateFilter
@@ -69,7 +70,7 @@ class DefaultEstimator(StepwiseEstimator):
         tuning: FilterTuning | None = None,
     ) -> None:
         sensors = len(parameters.sensors)
-        self.tuning = (tuning or load_tuning(parameters.tuning)).for_cameras(sensors)
+        self.tuning = (tuning or FilterTuning()).for_cameras(sensors)
         shape = with_shorter_arms(shape, self.tuning.arm_length)
         super().__init__(model, shape, parameters, counters)
         self._filter = ErrorStateFilter(
@@ -82,9 +83,9 @@ class DefaultEstimator(StepwiseEstimator):
         self._output = FilterOutput(self._filter)
 
     @classmethod
-    def check(cls, parameters: PipelineParameters) -> None:
-        """Check the tuning's file."""
-        load_tuning(parameters.tuning)
+    def maker(cls, parameters: PipelineParameters) -> Callable[..., Estimator]:
+        """What makes a pipeline's estimators, with the tuning of the parameters' file."""
+        return partial(cls, tuning=load_tuning(parameters.tuning))
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:

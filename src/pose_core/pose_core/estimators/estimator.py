@@ -1,7 +1,7 @@
 """Interface of the estimators, live and offline."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from pose_core.arrays import FloatArray
@@ -64,6 +64,16 @@ class Estimator(ABC):
                 f"tuning is of the default filter, not of estimator = {parameters.estimator}: "
                 "leave one of them out"
             )
+
+    @classmethod
+    def maker(cls, parameters: PipelineParameters) -> Callable[..., "Estimator"]:
+        """What makes a pipeline's estimators, one for each body shape; files are read here.
+
+        Raises:
+            ParameterError: For parameters that it cannot use.
+        """
+        cls.check(parameters)
+        return cls
 
     @abstractmethod
     def track(self, observation: Observation) -> list[TimedPose]:

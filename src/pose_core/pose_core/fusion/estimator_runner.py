@@ -68,8 +68,8 @@ class EstimatorRunner:
         make: EstimatorMaker | None = None,
     ) -> None:
         kind = estimator_class(parameters.estimator)
-        kind.check(parameters)
-        self._make: EstimatorMaker = make or kind
+        own = kind.maker(parameters)
+        self._make: EstimatorMaker = make or own
         self._model = model
         self._parameters = parameters
         self._counters = counters
